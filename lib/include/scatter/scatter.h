@@ -1,0 +1,16 @@
+/* scatter.h - partial differential equations on scattered particles. Read in this order. */
+#ifndef SCATTER_SCATTER_H
+#define SCATTER_SCATTER_H
+
+#include "scatter/assemble.h" /* equation and boundary to a system */
+#include "scatter/cloud.h"    /* points */
+#include "scatter/csr.h"      /* sparse matrices */
+#include "scatter/diagnose.h" /* what the cloud does to the operators, norms */
+#include "scatter/kernel.h"   /* weights */
+#include "scatter/march.h"    /* or marched in time */
+#include "scatter/search.h"   /* neighbours */
+#include "scatter/solve.h"    /* the system solved */
+#include "scatter/status.h"   /* codes and errors */
+#include "scatter/stencil.h"  /* gradient and Laplacian as rows */
+
+#endif

@@ -1,0 +1,65 @@
+/* solve.h - square sparse systems A x = b behind one table of solvers.
+ *
+ * analyse (once per pattern) -> factor (once per set of values) -> solve (once per right-hand
+ * side). A factored solver solves with A and with its transpose.
+ */
+#ifndef SCATTER_SOLVE_H
+#define SCATTER_SOLVE_H
+
+#include "scatter/csr.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* What the caller knows of a system that its entries do not say. */
+typedef struct {
+  int dim;            /* dimension of the cloud behind it, 0 if unknown: 3-D orders by METIS */
+  const char *method; /* "auto", "direct", or a row of the table: "umfpack", "klu" */
+} sct_solve_options;
+
+/* What a factorisation or solve has to tell. */
+typedef struct {
+  const char *method;          /* row of the table that did it */
+  const char *ordering;        /* fill-reducing ordering ("amd", "metis", ...) */
+  int64_t rows, nonzeros;      /* of A */
+  int64_t factor_nonzeros;     /* of L + U */
+  int64_t peak_bytes;          /* memory of the factorisation, as the solver counts it */
+  int iterations;              /* refinement steps, or iterations of an iterative solver */
+  double reciprocal_condition; /* estimate, min |U_kk| / max |U_kk| after scaling; 0: singular */
+  double residual;             /* max_i |b - A x|_i / (|b| + |A| |x|)_i after the last solve */
+  double seconds_factor, seconds_solve; /* elapsed, analysis within factor */
+} sct_solve_report;
+
+typedef struct sct_solver sct_solver; /* opaque; borrows the matrix until the next factor */
+
+/* Names of the table's rows, NULL past the end. */
+const char *sct_solver_name(int k);
+
+/* Analyses the pattern of `a` (square, sorted rows) and chooses the solver:
+ * auto = klu below 600 rows and for dim 1, else umfpack with AMD in 2-D, METIS in 3-D (policy and
+ * measurements: lib/README.md). The values are not looked at. *solver is NULL on failure.
+ * SCT_E_ARGUMENT (not square, unknown method), SCT_E_LIMIT (2^31 entries), SCT_E_MEMORY,
+ * SCT_E_SINGULAR when the pattern alone makes it so. Proof: unit.solve */
+SCT_NODISCARD sct_status sct_solver_analyse(const sct_csr *a, const sct_solve_options *options,
+                                            sct_solver **solver, sct_error *err);
+
+/* Factors the values of `a`, whose pattern must be the analysed one; called again it replaces the
+ * factors. `a` is borrowed until the next factor or free, for residuals. A zero pivot, or a
+ * reciprocal condition below 1e-16, is SCT_E_SINGULAR with err->point = -1; the caller, who knows
+ * the points, adds the cause. Proof: unit.solve */
+SCT_NODISCARD sct_status sct_solver_factor(sct_solver *solver, const sct_csr *a, sct_error *err);
+
+/* x = A^-1 b, or A^-T b if `transposed`; one step of iterative refinement. b [rows], x [rows] out,
+ * not overlapping. A result that is not finite is SCT_E_SINGULAR. Proof: unit.solve */
+SCT_NODISCARD sct_status sct_solver_solve(sct_solver *solver, const double *b, bool transposed,
+                                          double *x, sct_error *err);
+
+/* Report of the last factor and solve; valid as long as the solver. */
+const sct_solve_report *sct_solver_report(const sct_solver *solver);
+void sct_solver_free(sct_solver **solver);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,164 @@
+/* stencil.h - gradient and Laplacian at a point as weights of its neighbours.
+ *
+ * Every operator of this library is linear and annihilates constants:
+ *   (grad phi)_i = sum_j g_ij (phi_j - phi_i),    (lap phi)_i = sum_j l_ij (phi_j - phi_i).
+ * A row holds g_ij [dim] and l_ij for the neighbours j of one point i. Notation as in
+ * lib/README.md: r_j = x_j - x_i, r = |r_j|, w = w(r / r_e), S_w = sum w,
+ *   o = sum w r_j / r^2,   M = sum w r_j r_j^T / r^2,   T_ab = (1/2) sum l_ij r_a r_b.
+ */
+#ifndef SCATTER_STENCIL_H
+#define SCATTER_STENCIL_H
+
+#include "scatter/kernel.h"
+#include "scatter/search.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* symbol, name. mps:   g = (d/S_w) w r_j / r^2               l = 2 d w / (lambda S_w)  [H11] eq. 5,
+ * 7 ps:    g = (d/S_w) w r_j / r^2               l = (2 d/S_w) w / r^2   [H16] eq. 1, 2 ips:   g =
+ * M^-1 w r_j / r^2   l = (2 d/S_w) (w / r^2) (1 - o . M^-1 r_j) [H16] eq. 15-20, 26-27 ipsn:  as
+ * ips with l d / trace T, where trace T / d > 0.3; else an lsmps row lsmps: weighted least squares
+ * fit of the complete Taylor polynomial of `degree` lambda = sum w r^2 / sum w. Exact for: mps, ps
+ * lattices; ips linear; lsmps its degree. */
+#define SCT_SCHEME_LIST(X) \
+  X(SCT_MPS, "mps")        \
+  X(SCT_PS, "ps")          \
+  X(SCT_IPS, "ips")        \
+  X(SCT_IPSN, "ipsn")      \
+  X(SCT_LSMPS, "lsmps")
+
+/* Kernel of the gradient in u . grad phi, with c = u . r_j / (|u| r), gamma = |u| h / (2 mu),
+ * beta(gamma) = coth gamma - 1 / gamma:
+ *   none       w
+ *   exact      w - beta w(h) (w'(r) / w'(h)) c                       [H11] eq. 23-28
+ *   cosine     w (1 - beta c)
+ *   published  w - (16/5) (h/L) (|u|/U) beta(s gamma) c |c| / |w'(1/2)|, what [H11] ran; scheme
+ *              mps, kernel center, radius 2 only. Dimensionally inconsistent: for reproduction.
+ * mps and ps use it in the sum, S_w stays that of w; the matrix schemes use it in M and b of a
+ * gradient of first degree. */
+#define SCT_UPWIND_LIST(X)       \
+  X(SCT_UPWIND_NONE, "none")     \
+  X(SCT_UPWIND_EXACT, "exact")   \
+  X(SCT_UPWIND_COSINE, "cosine") \
+  X(SCT_UPWIND_PUBLISHED, "published")
+
+/* S_w and lambda of the point itself, or of a complete lattice neighbourhood of spacing h. */
+#define SCT_DENSITY_LIST(X)     \
+  X(SCT_DENSITY_LOCAL, "local") \
+  X(SCT_DENSITY_REFERENCE, "reference")
+
+/* Weight of the lsmps fit. */
+#define SCT_WEIGHT_LIST(X)             \
+  X(SCT_WEIGHT_KERNEL_R2, "kernel/r2") \
+  X(SCT_WEIGHT_KERNEL, "kernel")
+
+#define SCT_NAME_ENUM(symbol, name) symbol,
+typedef enum { SCT_SCHEME_LIST(SCT_NAME_ENUM) SCT_SCHEME_COUNT } sct_scheme;
+typedef enum { SCT_UPWIND_LIST(SCT_NAME_ENUM) SCT_UPWIND_COUNT } sct_upwind;
+typedef enum { SCT_DENSITY_LIST(SCT_NAME_ENUM) SCT_DENSITY_COUNT } sct_density;
+typedef enum { SCT_WEIGHT_LIST(SCT_NAME_ENUM) SCT_WEIGHT_COUNT } sct_weight;
+#undef SCT_NAME_ENUM
+
+/* Name of a value, NULL out of range; find returns the COUNT if there is none of that name. */
+const char *sct_scheme_name(sct_scheme scheme);
+sct_scheme sct_scheme_find(const char *name);
+const char *sct_upwind_name(sct_upwind upwind);
+sct_upwind sct_upwind_find(const char *name);
+const char *sct_density_name(sct_density density);
+sct_density sct_density_find(const char *name);
+const char *sct_weight_name(sct_weight weight);
+sct_weight sct_weight_find(const char *name);
+
+typedef struct {
+  sct_scheme scheme;
+  int degree;        /* lsmps: 2, 3 or 4 */
+  sct_weight weight; /* lsmps */
+  const sct_kernel *kernel;
+  double radius;       /* support radius r_e in spacings */
+  sct_density density; /* mps, ps, ips */
+  sct_upwind upwind;
+  double gamma_scale;      /* s of `published` */
+  double reference_length; /* L of `published` (length) */
+  double reference_speed;  /* U of `published` (length / time) */
+} sct_operator;
+
+/* Defaults of a scheme in dim dimensions: kernel center for mps and rational else; radius 2.0
+ * for mps, 2.1 for ps, ips, ipsn, 2.5 for lsmps degree 2, 3.1 for degree 3, 4.1 for degree 4;
+ * density reference for mps, local else; upwind none; weight kernel/r2; gamma_scale, L, U = 1. */
+sct_operator sct_operator_default(sct_scheme scheme, int degree);
+
+/* SCT_E_ARGUMENT for a radius outside [1, 8], a degree outside [2, 4], a `published` without what
+ * it needs, a kernel that `exact` cannot use (w'(h) = 0) or a non-positive scale. */
+SCT_NODISCARD sct_status sct_operator_check(const sct_operator *op, sct_error *err);
+
+typedef struct sct_stencil sct_stencil; /* opaque: cloud, lists, operator and their constants */
+
+/* Prepares the rows of `op` on a cloud of spacing h: finds the neighbours within op->radius * h.
+ * A distance within 1e-10 of the support counts as outside, so that a lattice point at 2 h is not
+ * in or out by rounding. Borrows the cloud and the search. *stencil is NULL on failure.
+ * SCT_E_ARGUMENT, SCT_E_LIMIT (more than `limit` neighbours), SCT_E_MEMORY. Proof: unit.stencil */
+SCT_NODISCARD sct_status sct_stencil_build(const sct_cloud *cloud, const sct_search *search,
+                                           double spacing, const sct_operator *op, int64_t limit,
+                                           const sct_work *work, sct_stencil **stencil,
+                                           sct_error *err);
+void sct_stencil_free(sct_stencil **stencil);
+const sct_lists *sct_stencil_lists(const sct_stencil *stencil);
+const sct_operator *sct_stencil_operator(const sct_stencil *stencil);
+double sct_stencil_spacing(const sct_stencil *stencil);
+
+/* What to compute of a row. SCT_ROW_SOLVE asks for a Laplacian fit to be solved with: it is
+ * accepted by the stricter test below. */
+enum { SCT_ROW_GRADIENT = 1, SCT_ROW_LAPLACIAN = 2, SCT_ROW_SOLVE = 4 };
+
+/* What became of a row. */
+enum {
+  SCT_ROW_WIDENED = 1, /* a support wider than asked for */
+  SCT_ROW_FALLBACK = 2 /* not the scheme asked for: an ips row for lsmps, lsmps for ipsn */
+};
+
+/* One row. Memory belongs to the room it was made in, until the next row. */
+typedef struct {
+  int64_t n;            /* neighbours */
+  const int32_t *index; /* [n] */
+  double *gradient;     /* [dim][n] g_ij by component, if asked for (1 / length) */
+  double *laplacian;    /* [n] l_ij, if asked for (1 / length^2) */
+  double support;       /* r_e used (length) */
+  int flags;
+} sct_row;
+
+/* Scratch memory for rows, one per thread. */
+typedef struct sct_room sct_room;
+SCT_NODISCARD sct_status sct_room_new(const sct_stencil *stencil, sct_room **room, sct_error *err);
+void sct_room_free(sct_room **room);
+
+/* The row of point i. `velocity` [dim] and `diffusivity` at i shape the gradient's kernel if the
+ * operator upwinds; NULL: central.
+ *
+ * A neighbourhood is accepted if it has at least dim neighbours (dim + 1 for a Laplacian) that
+ * span the space (M's smallest pivot above 1e-4 of its trace), and for an lsmps fit at least
+ * one more than unknowns with the fit's condition number at most 1e3 (degree 3: 1e4, 4: 1e5);
+ * with SCT_ROW_SOLVE also sum |l| / |sum l| <= 1.5 with a positive sum. If not, the support is
+ * widened to 2.0, 2.5, 3.1, 3.6, 4.1, 5.1 h (those beyond its own); if that does not help, an ips
+ * row stands in for lsmps (the first support that carries one); else SCT_E_DEFICIENT.
+ * Proof: verify.stencil (exactness), unit.stencil (degenerate neighbourhoods) */
+SCT_NODISCARD sct_status sct_stencil_row(const sct_stencil *stencil, int64_t i, int want,
+                                         const double *velocity, double diffusivity, sct_room *room,
+                                         sct_row *row, sct_error *err);
+
+/* Applies the operators to a field: smoothed [n] = sum w phi_j / sum w ([H11] eq. 2), gradient
+ * [n][dim], laplacian [n]; each may be NULL. SCT_E_DEFICIENT lists the points that have no row.
+ * Cost O(entries). Proof: verify.stencil */
+SCT_NODISCARD sct_status sct_stencil_apply(const sct_stencil *stencil, const double *field,
+                                           const sct_work *work, double *smoothed, double *gradient,
+                                           double *laplacian, sct_error *err);
+
+/* beta(gamma) = coth gamma - 1/gamma, by its series for small gamma, 1 for infinity.
+ * Proof: unit.stencil */
+double sct_upwind_beta(double gamma);
+
+#ifdef __cplusplus
+}
+#endif
+#endif
