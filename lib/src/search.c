@@ -204,6 +204,7 @@ static bool copy_slice(void *context, int64_t first, int64_t last, int t) {
   for (int64_t p = first; p < last; p++) {
     int32_t i = l->search->order[p];
     int64_t start = l->lists->start[i], n = l->lists->start[i + 1] - start;
+    if (n == 0) continue;
     memcpy(l->lists->index + start, mine->hits.index + mine->copied, (size_t)n * sizeof(int32_t));
     mine->copied += n;
   }
