@@ -155,7 +155,8 @@ static void observed_order(void **state) {
       for (int m = 0; m < 3; m++) {
         error[m] = manufactured_error(dim, MESH[dim][m], &op, e->jitter, 7 + m, e->mixed);
       }
-      const double order = log(error[0] / error[2]) / log((double)MESH[dim][2] / MESH[dim][0]);
+      const double order =
+          log(error[0] / error[2]) / log((double)MESH[dim][2] / (double)MESH[dim][0]);
       print_message("%-6s %d jitter %.1f %s %d-D: %.2e %.2e %.2e order %.2f\n", e->scheme,
                     e->degree, e->jitter, e->mixed ? "mixed    " : "dirichlet", dim, error[0],
                     error[1], error[2], order);
