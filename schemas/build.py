@@ -11,9 +11,10 @@ result_schema().
 """
 
 import argparse
-import html
 import json
 import pathlib
+
+import page
 
 HERE = pathlib.Path(__file__).resolve().parent
 RELATION = "http://www.opengis.net/def/rel/ogc/1.0/"
@@ -93,17 +94,23 @@ def names_required(members):
 
 
 def is_object(schema):
-    """Whether values of this schema are objects, that is, may or must stand under "value"."""
+    """Whether values of this schema are objects, which a result document puts under "value"."""
     return inline(schema).get("type") == "object"
 
 
-def qualified(schema):
-    """{"value": {...}}: the form of object values that OGC API - Processes knows."""
-    return object_schema({"value": schema}, ["value"], "The object under `value`.")
-
-
 def input_schema(schema):
-    return {"anyOf": [schema, qualified(schema)]} if is_object(schema) else schema
+    """An input bare, or as the qualified value of OGC API - Processes."""
+    return {"anyOf": [schema, qualified(schema)]}
+
+
+def qualified(schema):
+    members = {
+        "value": schema,
+        "mediaType": {"description": "Media type of the value.", "type": "string"},
+        "encoding": {"description": "Encoding of the value.", "type": "string"},
+        "schema": {"description": "Schema the value follows."},
+    }
+    return object_schema(members, ["value"], "The value with what qualifies it.")
 
 
 def request_schema(name):
@@ -398,9 +405,12 @@ def main():
     parser.add_argument("--version", default="0.0.0", help="version of scatterd")
     parser.add_argument("directory", type=pathlib.Path, help="where to write them")
     options = parser.parse_args()
-    for name, document in documents(options.version).items():
+    made = documents(options.version)
+    for name, document in made.items():
         text = json.dumps(document, ensure_ascii=False, separators=(",", ":"))
         write(options.directory / name, text + "\n")
+    described = [made[f"processes/{name}.json"] for name in PROCESSES]
+    write(options.directory / "api.html", page.page(made["openapi.json"], described))
 
 
 if __name__ == "__main__":
