@@ -63,7 +63,9 @@ def client(options: argparse.Namespace) -> Client:
 
 
 def run_processes(options: argparse.Namespace) -> int:
-    for process in client(options).processes():
+    with client(options) as service:
+        listed = service.processes()
+    for process in listed:
         print(f"{process['id']:10s} {process.get('title', '')}")
     return 0
 
@@ -71,7 +73,9 @@ def run_processes(options: argparse.Namespace) -> int:
 def run_process(options: argparse.Namespace) -> int:
     if options.output and pathlib.Path(options.output).suffix not in WRITERS:
         raise ValueError(f"output {options.output!r} needs a name in {' or '.join(WRITERS)}")
-    result = client(options).post(options.process, read_request(options.request))
+    request = read_request(options.request)
+    with client(options) as service:
+        result = service.post(options.process, request)
     if options.output:
         WRITERS[pathlib.Path(options.output).suffix](options.output, result)
     if options.plot:
