@@ -304,7 +304,7 @@ class Pictures(unittest.TestCase):
         cloud = scatterd.lattice([0, 0], [1, 1], 4)
         result = scatterd.Result({"gradient": numpy.ones((25, 2))}, {"cloud": cloud})
         axes = self.picture(result, field="gradient")
-        self.assertEqual(axes.figure.axes[1].get_ylabel(), "|gradient|")
+        self.assertEqual(axes.child_axes[0].get_ylabel(), "|gradient|")
 
     def test_holes_stay_open(self):
         points = self.result([20, 20]).points - 0.5

@@ -115,14 +115,9 @@ def draw_plane(axes: "Axes", x: numpy.ndarray, values: numpy.ndarray, name: str)
             axes.tricontour(triangles, values, levels=10, colors="white", linewidths=0.5, alpha=0.5)
     if triangles is not None and len(x) <= DOTS_UP_TO:
         axes.plot(x[:, 0], x[:, 1], ".", color="black", markersize=1.5, alpha=0.35)
-    axes.figure.colorbar(colours, ax=axes, label=name, shrink=colour_bar_size(x))
+    beside = axes.inset_axes([1.03, 0, 0.04, 1])  # as high as the cloud, however flat
+    axes.figure.colorbar(colours, cax=beside, label=name)
     axes.set(xlabel="x", ylabel="y", aspect="equal")
-
-
-def colour_bar_size(x: numpy.ndarray) -> float:
-    """Height of the colour bar relative to the axes: as high as the cloud."""
-    width, height = numpy.ptp(x, axis=0)
-    return float(min(1.0, max(0.3, 1.3 * height / width)))
 
 
 def triangulation(x: numpy.ndarray) -> Any:
@@ -147,8 +142,18 @@ def triangulation(x: numpy.ndarray) -> Any:
 
 
 def draw_space(axes: "Axes", x: numpy.ndarray, values: numpy.ndarray, name: str) -> None:
-    size = min(30.0, max(1.0, 20000.0 / len(x)))
-    colours = axes.scatter(*x.T, c=values, s=size, cmap="viridis", linewidths=0)
+    shown = ~nearest_octant(x)
+    size = min(60.0, max(1.0, 9000.0 / len(x) ** (2 / 3)))  # dots that nearly touch
+    colours = axes.scatter(
+        *x[shown].T, c=values[shown], s=size, cmap="viridis", linewidths=0, depthshade=False
+    )
+    colours.set_clim(values.min(), values.max())
     axes.figure.colorbar(colours, ax=axes, label=name, shrink=0.7, pad=0.1)
     axes.set(xlabel="x", ylabel="y", zlabel="z")
-    axes.set_box_aspect(numpy.ptp(x, axis=0))
+    axes.set_box_aspect(numpy.where(numpy.ptp(x, axis=0) > 0, numpy.ptp(x, axis=0), 1))
+
+
+def nearest_octant(x: numpy.ndarray) -> numpy.ndarray:
+    """Points in the eighth of the box next to the eye, left out to show what is inside."""
+    middle = (x.min(axis=0) + x.max(axis=0)) / 2
+    return (x[:, 0] > middle[0]) & (x[:, 1] < middle[1]) & (x[:, 2] > middle[2])
