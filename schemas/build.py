@@ -274,9 +274,9 @@ def parameter_limit():
     return {
         "name": "limit",
         "in": "query",
-        "description": "How many processes to list at most (count).",
+        "description": "How many processes to list at most (count); left out: all.",
         "required": False,
-        "schema": {"type": "integer", "minimum": 1, "maximum": 10000, "default": 100},
+        "schema": {"type": "integer", "minimum": 1, "maximum": 10000},
     }
 
 
