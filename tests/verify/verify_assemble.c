@@ -142,7 +142,7 @@ static const expectation expectations[] = {
     {"ips", 2, 0.0, false, 1.8, 1e-3},  {"ips", 2, 0.3, false, -9, 2e-2},
     {"ipsn", 2, 0.3, false, -9, 2e-2},  {"ips", 2, 0.0, true, 0.8, 2e-2},
     {"lsmps", 2, 0.0, true, 1.8, 1e-3}, {"lsmps", 2, 0.3, true, 1.5, 1e-3},
-    {"lsmps", 3, 0.3, true, 1.8, 3e-4}, {"lsmps", 4, 0.3, true, 2.7, 3e-5},
+    {"lsmps", 3, 0.3, true, 1.6, 3e-4}, {"lsmps", 4, 0.3, true, 2.7, 3e-5},
 };
 
 static void observed_order(void **state) {
