@@ -145,13 +145,13 @@ static sct_status assemble_rows(assembly *job, const sct_work *work, sct_error *
   int64_t next_row = 0;
   for (job->chunk_first = 0; job->chunk_first < n; job->chunk_first += CHUNK) {
     const int64_t end = job->chunk_first + CHUNK < n ? job->chunk_first + CHUNK : n;
-    for (int b = 0; b < CHUNK_BLOCKS; b++) job->buffers[b].rows = job->buffers[b].entries = 0;
+    for (int64_t b = 0; b < job->blocks; b++) job->buffers[b].rows = job->buffers[b].entries = 0;
     sct_status status =
         sct_work_report(work, "assemble", (double)job->chunk_first / (double)n, err);
     if (status == SCT_OK) {
       status = sct_points_run(job->stencil, job->chunk_first, end, work, assemble_point, job, err);
     }
-    for (int b = 0; status == SCT_OK && b < CHUNK_BLOCKS; b++) {
+    for (int64_t b = 0; status == SCT_OK && b < job->blocks; b++) {
       status = append_block(job, &job->buffers[b], &next_row, err);
     }
     if (status != SCT_OK) return status;
@@ -212,7 +212,8 @@ static void count_flags(const assembly *job) {
 }
 
 static void assembly_clear(assembly *job) {
-  for (int b = 0; job->buffers != NULL && b < CHUNK_BLOCKS; b++) row_buffer_clear(&job->buffers[b]);
+  for (int64_t b = 0; job->buffers != NULL && b < job->blocks; b++)
+    row_buffer_clear(&job->buffers[b]);
   sct_release(&job->buffers);
   sct_release(&job->flags);
 }
@@ -222,6 +223,7 @@ sct_status sct_system_build(const sct_stencil *stencil, const sct_fields *fields
                             sct_error *err) {
   const int64_t n = sct_stencil_cloud(stencil)->n;
   assembly job = {.stencil = stencil, .fields = fields, .boundary = boundary};
+  job.blocks = n < CHUNK ? (n + SCT_POINTS_BLOCK - 1) / SCT_POINTS_BLOCK : CHUNK_BLOCKS;
   *out = NULL;
   sct_status status = check_fields(n, fields, &job.diffuses, err);
   if (status == SCT_OK) status = system_new(n, boundary->condition, &job.system, err);
@@ -229,7 +231,7 @@ sct_status sct_system_build(const sct_stencil *stencil, const sct_fields *fields
     status = sct_fail(err, SCT_E_ARGUMENT, -1, "every point has a given value, nothing to solve");
   }
   if (status == SCT_OK) {
-    status = sct_alloc_zero(&job.buffers, CHUNK_BLOCKS, sizeof *job.buffers, err);
+    status = sct_alloc_zero(&job.buffers, job.blocks, sizeof *job.buffers, err);
   }
   if (status == SCT_OK) status = sct_alloc_zero(&job.flags, n, sizeof *job.flags, err);
   if (status == SCT_OK) status = assemble_rows(&job, work, err);
