@@ -10,6 +10,7 @@
 #include <ctype.h>
 #include <math.h>
 #include <muParserDLL.h>
+#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>

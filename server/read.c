@@ -2,6 +2,7 @@
 
 #include <float.h>
 #include <math.h>
+#include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -59,21 +60,18 @@ void item_unwrap(item *it) {
   it->wrapped = true;
 }
 
-enum { POINTER_KEY_MAX = 200, POINTER_DEPTH_MAX = 16, POINTER_MAX = 1024 };
-
 /* One step of a pointer, "~" and "/" escaped (RFC 6901 section 3). False if it does not fit. */
 static bool append_key(char *room, size_t *used, const char *key) {
-  if (strlen(key) > POINTER_KEY_MAX || *used + 2 * strlen(key) + 2 > POINTER_MAX) return false;
-  room[(*used)++] = '/';
+  size_t end = *used;
+  if (end + 2 > PROBLEM_POINTER) return false;
+  room[end++] = '/';
   for (const char *c = key; *c; c++) {
-    const char *escape = *c == '~' ? "~0" : *c == '/' ? "~1" : NULL;
-    if (escape) {
-      memcpy(room + *used, escape, 2);
-      *used += 2;
-    } else {
-      room[(*used)++] = *c;
-    }
+    if (end + 3 > PROBLEM_POINTER) return false;
+    bool is_special = *c == '~' || *c == '/';
+    if (is_special) room[end++] = '~';
+    room[end++] = is_special ? *c == '~' ? '0' : '1' : *c;
   }
+  *used = end;
   return true;
 }
 
@@ -84,28 +82,24 @@ static bool append_step(char *room, size_t *used, const item *it) {
   return !it->wrapped || append_key(room, used, "value");
 }
 
-const char *item_pointer(task *t, const item *at) {
-  const item *chain[POINTER_DEPTH_MAX];
+void item_pointer(const item *at, char pointer[PROBLEM_POINTER]) {
+  enum { DEPTH_MAX = 16 }; /* deeper than any reader goes */
+  const item *chain[DEPTH_MAX];
   int depth = 0;
-  for (const item *it = at; it && it->up && depth < POINTER_DEPTH_MAX; it = it->up) {
-    chain[depth++] = it;
-  }
-  char room[POINTER_MAX + 1];
   size_t used = 0;
-  while (depth > 0 && append_step(room, &used, chain[depth - 1])) depth--;
-  room[used] = '\0';
-  return task_text(t, "%s", room);
+  for (const item *it = at; it->up && depth < DEPTH_MAX; it = it->up) chain[depth++] = it;
+  while (depth > 0 && append_step(pointer, &used, chain[depth - 1])) depth--;
+  pointer[used] = '\0';
 }
 
 void complain(task *t, const item *at, const char *format, ...) {
-  if (t->complaints++ >= COMPLAINTS_MAX) return;
+  char pointer[PROBLEM_POINTER], detail[PROBLEM_TEXT];
   va_list list;
   va_start(list, format);
-  complaint *c = &t->complaint[t->complaints - 1];
-  c->pointer = item_pointer(t, at);
-  c->detail = task_vtext(t, format, list);
+  vsnprintf(detail, sizeof detail, format, list);
   va_end(list);
-  if (!c->pointer || !c->detail) t->complaints--; /* t->error says out of memory */
+  item_pointer(at, pointer);
+  problem_add(&t->complaints, pointer, "%s", detail);
 }
 
 /* Words for messages */
@@ -349,10 +343,10 @@ static void refuse_rows(task *t, const item *it) {
 }
 
 static bool refuse_array(task *t, const item *it, int rank) {
-  int64_t before = t->complaints;
+  int before = t->complaints.found;
   if (it->doc->kind == DOC_LIST && rank == 2) refuse_rows(t, it);
   if (it->doc->kind == DOC_LIST && rank == 1) refuse_row(t, it);
-  if (t->complaints > before) return false;
+  if (t->complaints.found > before) return false;
   return refuse(t, it, rank == 2 ? "an array of arrays of numbers" : "an array of numbers");
 }
 

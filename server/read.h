@@ -34,9 +34,9 @@ void item_unwrap(item *it);
 /* A complaint about the value at `at`: "subject, got, needed". */
 void complain(task *t, const item *at, const char *format, ...) SCT_PRINTF(3, 4);
 
-/* JSON pointer (RFC 6901) to an item; member names longer than 200 bytes end it early. NULL when
- * out of memory. */
-const char *item_pointer(task *t, const item *at);
+/* JSON pointer (RFC 6901) to an item; where it does not fit, to the last value around it that does.
+ */
+void item_pointer(const item *at, char pointer[PROBLEM_POINTER]);
 
 /* What a number may be: low <= value <= high, or strictly so. */
 typedef struct {

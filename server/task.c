@@ -1,6 +1,5 @@
 #include "task.h"
 
-#include <stdio.h>
 #include <string.h>
 
 static void *out_of_memory(task *t) {
@@ -21,24 +20,6 @@ void *task_zeros(task *t, int64_t n, size_t size) {
   return memory;
 }
 
-char *task_vtext(task *t, const char *format, va_list list) {
-  va_list again;
-  va_copy(again, list);
-  int length = vsnprintf(NULL, 0, format, again);
-  va_end(again);
-  char *text = task_take(t, length + 1, 1);
-  if (text) vsnprintf(text, (size_t)length + 1, format, list);
-  return text;
-}
-
-char *task_text(task *t, const char *format, ...) {
-  va_list list;
-  va_start(list, format);
-  char *text = task_vtext(t, format, list);
-  va_end(list);
-  return text;
-}
-
 bool task_is_well(const task *t) {
-  return t->complaints == 0 && t->error.code == SCT_OK;
+  return t->complaints.found == 0 && t->error.code == SCT_OK;
 }

@@ -7,19 +7,11 @@
 #ifndef SCATTERD_TASK_H
 #define SCATTERD_TASK_H
 
-#include <stdarg.h>
-
 #include "doc.h"
 #include "limits.h"
+#include "problem.h"
 #include "scatter/status.h"
 #include "stopwatch.h"
-
-enum { COMPLAINTS_MAX = 20 };
-
-typedef struct {
-  const char *pointer; /* JSON pointer to the culprit */
-  const char *detail;  /* subject, got, needed */
-} complaint;
 
 typedef struct language language;
 
@@ -31,19 +23,14 @@ typedef struct {
   language *language;    /* of expressions; NULL until there is one */
   const doc *parameters; /* object of numbers that expressions may name, or NULL */
 
-  int64_t complaints; /* found in all; the first COMPLAINTS_MAX are kept */
-  complaint complaint[COMPLAINTS_MAX];
-  sct_error error; /* of the library call that failed */
+  problem complaints; /* about the body, with the places of the first PROBLEM_ERRORS_MAX */
+  sct_error error;    /* of the library call that failed */
 } task;
 
 /* Memory for n >= 0 items that lives as long as the request; NULL with t->error set
  * (SCT_E_MEMORY) when there is none. task_zeros: filled with zero bytes. */
 void *task_take(task *t, int64_t n, size_t size);
 void *task_zeros(task *t, int64_t n, size_t size);
-
-/* Text that lives as long as the request; NULL as above. */
-char *task_text(task *t, const char *format, ...) SCT_PRINTF(2, 3);
-char *task_vtext(task *t, const char *format, va_list list);
 
 /* Nothing found wrong so far. */
 bool task_is_well(const task *t);
