@@ -105,6 +105,7 @@ SCT_NODISCARD sct_status sct_stencil_build(const sct_cloud *cloud, const sct_sea
                                            sct_error *err);
 void sct_stencil_free(sct_stencil **stencil);
 const sct_lists *sct_stencil_lists(const sct_stencil *stencil);
+const sct_cloud *sct_stencil_cloud(const sct_stencil *stencil);
 const sct_operator *sct_stencil_operator(const sct_stencil *stencil);
 double sct_stencil_spacing(const sct_stencil *stencil);
 
