@@ -20,7 +20,7 @@ typedef enum {
   DOC_NUMBERS /* [shape[0]] .. [shape[0]][shape[1]][shape[2]]; an empty array is one of rank 1 */
 } doc_kind;
 
-enum { DOC_RANK_MAX = 3 };
+enum { DOC_RANK_MAX = 3, DOC_DEPTH_MAX = 500 };
 
 typedef struct doc doc;
 struct doc {
