@@ -1,9 +1,7 @@
 #include "cloud_input.h"
 
-#include <ctype.h>
 #include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 /* Posted points */
@@ -336,56 +334,8 @@ static int64_t client_number(const cloud_input *c, int64_t place) {
   return place >= 0 && place < c->cloud.n ? c->order[place] : place;
 }
 
-/* Past "point " or "points " if that stands at `from`, else NULL. */
-static const char *after_point_word(const char *from) {
-  if (!strncmp(from, "points ", 7)) return from + 7;
-  return !strncmp(from, "point ", 6) ? from + 6 : NULL;
-}
-
-/* Length of what may stand between two numbers of a list of points: ", " or " and ". */
-static size_t between_numbers(const char *from) {
-  if (!strncmp(from, ", ", 2)) return 2;
-  return !strncmp(from, " and ", 5) ? 5 : 0;
-}
-
-/* Copies a list of numbers such as "3, 4 and 17" from *from to `out`, each as the client's. */
-static size_t copy_numbers(const cloud_input *c, const char **from, char *out, size_t room) {
-  size_t used = 0;
-  while (isdigit((unsigned char)**from) && used < room) {
-    char *end;
-    long long place = strtoll(*from, &end, 10);
-    used += (size_t)snprintf(out + used, room - used, "%lld", (long long)client_number(c, place));
-    size_t gap = between_numbers(end);
-    if (!isdigit((unsigned char)end[gap])) gap = 0;
-    if (used + gap < room) memcpy(out + used, end, gap);
-    used += gap;
-    *from = end + gap;
-    if (!gap) break;
-  }
-  return used < room ? used : room;
-}
-
-/* The library writes every point number after the word "point" or "points". */
-static void translate_text(const cloud_input *c, char *text) {
-  char out[SCT_ERROR_TEXT];
-  size_t used = 0;
-  for (const char *from = text; *from && used + 1 < sizeof out;) {
-    const char *list = after_point_word(from);
-    bool at_word = from == text || !isalpha((unsigned char)from[-1]);
-    if (!list || !at_word || !isdigit((unsigned char)*list)) {
-      out[used++] = *from++;
-      continue;
-    }
-    while (from < list && used + 1 < sizeof out) out[used++] = *from++;
-    if (used + 1 < sizeof out) used += copy_numbers(c, &from, out + used, sizeof out - 1 - used);
-  }
-  out[used] = '\0';
-  memcpy(text, out, used + 1);
-}
-
 void cloud_input_translate(const cloud_input *c, sct_error *error) {
   int64_t kept = error->count < SCT_ERROR_POINTS ? error->count : SCT_ERROR_POINTS;
   for (int64_t k = 0; k < kept; k++) error->points[k] = client_number(c, error->points[k]);
   error->point = client_number(c, error->point);
-  translate_text(c, error->text);
 }

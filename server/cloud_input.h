@@ -48,7 +48,7 @@ bool read_normals(task *t, const item *it, int64_t n, int dim, numbers *normals)
  * memory. */
 double *cloud_input_restore(task *t, const cloud_input *c, const double *value, int components);
 
-/* Turns the point numbers of an error from the library, in its text too, into the client's. */
+/* Turns the point numbers of an error from the library into the client's. */
 void cloud_input_translate(const cloud_input *c, sct_error *error);
 
 #endif

@@ -23,6 +23,8 @@ typedef struct {
   language *language;    /* of expressions; NULL until there is one */
   const doc *parameters; /* object of numbers that expressions may name, or NULL */
 
+  const char *points_at; /* JSON pointer to the posted points; NULL: there are none */
+
   problem complaints; /* about the body, with the places of the first PROBLEM_ERRORS_MAX */
   sct_error error;    /* of the library call that failed */
 } task;
