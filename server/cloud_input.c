@@ -128,6 +128,7 @@ static bool read_posted(task *t, const item *it, cloud_input *c) {
   item points = item_member(it, "points"), spacing = item_member(it, "spacing");
   item groups = item_member(it, "groups"), normals = item_member(it, "normals");
   bool known = read_object(t, it, members);
+  item_pointer(&points, c->pointer);
   bool sized = read_number(t, &spacing, &range_positive, &c->spacing);
   if (!read_points(t, &points, c)) return false;
   bool grouped = read_groups(t, &groups, c);
@@ -264,6 +265,7 @@ static bool number_points(task *t, cloud_input *c) {
     c->place[c->order[k]] = (int32_t)k;
   }
   c->cloud.x = x;
+  t->cloud = c;
   return true;
 }
 
@@ -277,6 +279,7 @@ static bool read_either(task *t, const item *it, cloud_input *c) {
   }
   if (lattice.doc) {
     c->is_lattice = true;
+    item_pointer(&lattice, c->pointer);
     return read_object(t, it, lattice_form) & read_lattice(t, &lattice, c);
   }
   if (doc_member(it->doc, "points")) return read_posted(t, it, c);

@@ -18,12 +18,13 @@ typedef struct {
   numbers normals;      /* [0, 1 or n][dim]: none, one for all, one per point */
 } point_group;
 
-typedef struct {
-  sct_cloud cloud;      /* by place */
-  const double *posted; /* [n][dim] by the client's numbers */
-  int32_t *order;       /* [n] client's number of a place */
-  int32_t *place;       /* [n] place of a client's number */
-  double spacing;       /* h (length); 0: not said, take the median distance of neighbours */
+typedef struct cloud_input {
+  char pointer[PROBLEM_POINTER]; /* to the posted points in the request; of a lattice, to it */
+  sct_cloud cloud;               /* by place */
+  const double *posted;          /* [n][dim] by the client's numbers */
+  int32_t *order;                /* [n] client's number of a place */
+  int32_t *place;                /* [n] place of a client's number */
+  double spacing; /* h (length); 0: not said, take the median distance of neighbours */
   bool is_lattice;
   sct_lattice lattice;
   int64_t groups; /* of posted points; those of a lattice have fixed names */

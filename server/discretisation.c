@@ -14,23 +14,21 @@ static sct_status find_spacing(task *t, const cloud_input *c, discretisation *d)
 sct_status discretisation_build(task *t, const cloud_input *c, const sct_operator *op,
                                 discretisation *d) {
   sct_status status = sct_work_report(&t->work, "search", 0, &t->error);
-  if (status) goto done;
+  if (status) return status;
   d->nearest = task_take(t, c->cloud.n, sizeof *d->nearest);
   status = t->error.code;
-  if (status) goto done;
+  if (status) return status;
   status = sct_search_build(&c->cloud, c->spacing * op->radius, SCT_SEARCH_AUTO, &t->work,
                             &d->search, &t->error);
-  if (status) goto done;
+  if (status) return status;
   status = find_spacing(t, c, d);
   stopwatch_lap(&t->watch, LAP_SEARCH);
-  if (status) goto done;
+  if (status) return status;
   status = sct_work_report(&t->work, "stencil", 0, &t->error);
-  if (status) goto done;
+  if (status) return status;
   status = sct_stencil_build(&c->cloud, d->search, d->spacing, op, t->limits->neighbours, &t->work,
                              &d->stencil, &t->error);
   stopwatch_lap(&t->watch, LAP_STENCIL);
-done:
-  if (status) cloud_input_translate(c, &t->error);
   return status;
 }
 

@@ -13,8 +13,8 @@ typedef struct {
   double spacing;  /* h (length) */
 } discretisation;
 
-/* Finds neighbours and prepares the rows of `op`; books the laps search and stencil. The failure
- * stands in t->error, in the client's numbers. */
+/* Finds neighbours and prepares the rows of `op`; books the laps search and stencil. Failures
+ * stand in t->error. */
 sct_status discretisation_build(task *t, const cloud_input *c, const sct_operator *op,
                                 discretisation *d);
 void discretisation_clear(discretisation *d);

@@ -52,7 +52,6 @@ static sct_status apply_operators(task *t, unsigned wanted, const uint8_t *mask,
   if (t->error.code) return t->error.code;
   if (sct_stencil_apply(s->grid.stencil, s->phi.value, &t->work, value, gradient, laplacian,
                         &t->error)) {
-    cloud_input_translate(c, &t->error);
     return t->error.code;
   }
   if (gradient && s->exact_gradient.value) {

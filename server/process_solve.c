@@ -163,11 +163,11 @@ static sct_status save(void *of, double time, const double *phi, sct_error *err)
 
 static sct_status solve_in_time(task *t, solve *s) {
   context c = {t, s};
-  const sct_march_problem problem = {
+  const sct_march_problem in_time = {
       .varies = solve_input_varies(&s->in), .context = &c, .advance = advance, .save = save};
   if (!take_history(t, s)) return t->error.code;
   sct_status status =
-      sct_march(&s->system, &s->in.march, &problem, &t->work, s->phi, &s->march, &t->error);
+      sct_march(&s->system, &s->in.march, &in_time, &t->work, s->phi, &s->march, &t->error);
   s->solve = s->march.solve;
   stopwatch_lap(&t->watch, LAP_SOLVE);
   if (!status && !field_advance(t, &s->in.exact, s->in.march.end)) status = SCT_E_NOT_FINITE;
@@ -199,10 +199,7 @@ static sct_status run_solve(task *t, unsigned wanted, void *state) {
   sct_status status = prepare(t, s);
   if (!status) status = s->in.is_transient ? solve_in_time(t, s) : solve_steady(t, s);
   if (!status && (wanted & DIAGNOSTICS)) status = diagnose(t, s);
-  if (status) {
-    cloud_input_translate(c, &t->error);
-    return status;
-  }
+  if (status) return status;
   if (s->in.exact.value) {
     s->norms = sct_norms_of(s->phi, s->in.exact.value, c->cloud.n, 1, s->mask);
   }

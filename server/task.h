@@ -23,10 +23,10 @@ typedef struct {
   language *language;    /* of expressions; NULL until there is one */
   const doc *parameters; /* object of numbers that expressions may name, or NULL */
 
-  const char *points_at; /* JSON pointer to the posted points; NULL: there are none */
+  const struct cloud_input *cloud; /* whose places t->error speaks of; NULL: none so far */
 
   problem complaints; /* about the body, with the places of the first PROBLEM_ERRORS_MAX */
-  sct_error error;    /* of the library call that failed */
+  sct_error error;    /* of the library call that failed, points by place */
 } task;
 
 /* Memory for n >= 0 items that lives as long as the request; NULL with t->error set
