@@ -53,7 +53,7 @@ sct_operator sct_operator_default(sct_scheme scheme, int degree) {
                      .degree = degree >= 2 && degree <= 4 ? degree : 2,
                      .weight = SCT_WEIGHT_KERNEL_R2,
                      .kernel = sct_kernel_find(scheme == SCT_MPS ? "center" : "rational"),
-                     .radius = scheme == SCT_MPS ? 2.0 : 2.1,
+                     .radius = 2.0,
                      .density = scheme == SCT_MPS ? SCT_DENSITY_REFERENCE : SCT_DENSITY_LOCAL,
                      .upwind = SCT_UPWIND_NONE,
                      .gamma_scale = 1,
