@@ -39,13 +39,27 @@ static void show_children(FILE *to, const doc *d, const char *brackets) {
 
 static void show(FILE *to, const doc *d) {
   switch (d->kind) {
-    case DOC_NULL: fputs("null", to); break;
-    case DOC_BOOL: fputs(d->truth ? "true" : "false", to); break;
-    case DOC_NUMBER: fprintf(to, "%.17g", d->number); break;
-    case DOC_TEXT: show_text(to, d->text, d->length); break;
-    case DOC_LIST: show_children(to, d, "[]"); break;
-    case DOC_OBJECT: show_children(to, d, "{}"); break;
-    case DOC_NUMBERS: show_numbers(to, d); break;
+    case DOC_NULL:
+      fputs("null", to);
+      break;
+    case DOC_BOOL:
+      fputs(d->truth ? "true" : "false", to);
+      break;
+    case DOC_NUMBER:
+      fprintf(to, "%.17g", d->number);
+      break;
+    case DOC_TEXT:
+      show_text(to, d->text, d->length);
+      break;
+    case DOC_LIST:
+      show_children(to, d, "[]");
+      break;
+    case DOC_OBJECT:
+      show_children(to, d, "{}");
+      break;
+    case DOC_NUMBERS:
+      show_numbers(to, d);
+      break;
   }
 }
 
