@@ -183,14 +183,14 @@ bool read_required(task *t, const item *it) {
   return false;
 }
 
-static void refuse_member(task *t, const item *member, const char *const *members) {
+void complain_unknown(task *t, const item *it, const char *kind, const char *const *names) {
   char room[SHOWN_MAX], known[512];
-  const char *name = shown(member->key, room), *near = nearest_name(member->key, members);
-  list_names(members, known, sizeof known);
+  const char *name = shown(it->key, room), *near = nearest_name(it->key, names);
+  list_names(names, known, sizeof known);
   if (near) {
-    complain(t, member, "unknown member \"%s\"; did you mean \"%s\"?", name, near);
+    complain(t, it, "unknown %s \"%s\"; did you mean \"%s\"?", kind, name, near);
   } else {
-    complain(t, member, "unknown member \"%s\", needs one of %s", name, known);
+    complain(t, it, "unknown %s \"%s\", needs one of %s", kind, name, known);
   }
 }
 
@@ -201,7 +201,7 @@ bool read_object(task *t, const item *it, const char *const *members) {
   for (const doc *m = it->doc->child; m && members; m = m->next) {
     if (is_among(m->key, members)) continue;
     item member = {.doc = m, .up = it, .key = m->key};
-    refuse_member(t, &member, members);
+    complain_unknown(t, &member, "member", members);
     known = false;
   }
   return known;

@@ -45,6 +45,9 @@ typedef struct {
 } range;
 extern const range range_any, range_positive, range_not_negative;
 
+/* Complains that `kind` ("member") of that name is not among `names`, with the nearest of them. */
+void complain_unknown(task *t, const item *it, const char *kind, const char *const *names);
+
 /* Complains that a required item is absent; true if it is there. */
 bool read_required(task *t, const item *it);
 
