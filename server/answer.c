@@ -76,10 +76,18 @@ static void reply_failure(reply *r, task *t) {
   reply_problem(r, &p);
 }
 
+/* The detail of all is that of the first, and how many more there are. */
 static void reply_complaints(reply *r, task *t) {
-  problem_begin(&t->complaints, 400, "%d value%s of the request cannot be used",
-                t->complaints.found, t->complaints.found == 1 ? "" : "s");
-  reply_problem(r, &t->complaints);
+  problem *all = &t->complaints;
+  const char *pointer = all->errors[0].pointer;
+  char more[32] = "";
+  problem p;
+  if (all->found > 1) snprintf(more, sizeof more, " (and %d more)", all->found - 1);
+  problem_begin(&p, 400, "%s: %s%s", *pointer ? pointer : "the body", all->errors[0].detail, more);
+  memcpy(all->detail, p.detail, sizeof p.detail);
+  all->status = p.status;
+  all->type = p.type;
+  reply_problem(r, all);
 }
 
 /* Steps */
@@ -170,7 +178,8 @@ static void perform(const ask *a, const process *p, const doc *root, task *t, re
     return;
   }
   execute_read(t, p, &body, a->accept, &x);
-  if (root->kind == DOC_OBJECT) p->read(t, &x.inputs, state);
+  bool has_inputs = root->kind == DOC_OBJECT && (!x.inputs.doc || x.inputs.doc->kind == DOC_OBJECT);
+  if (has_inputs) p->read(t, &x.inputs, state);
   stopwatch_lap(&t->watch, LAP_DECODE);
   sct_status status = task_is_well(t) ? p->run(t, x.wanted, state) : t->error.code;
   bool done = task_is_well(t) && !status && reply_result(a, t, p, &x, state, r);
