@@ -17,7 +17,8 @@ typedef struct {
   const sct_boundary *boundary;
   bool diffuses;       /* some diffusivity is positive */
   int64_t chunk_first; /* first point of the chunk */
-  row_buffer *buffers; /* [CHUNK_BLOCKS] */
+  int64_t blocks;      /* of a chunk: no more than the cloud has */
+  row_buffer *buffers; /* [blocks] */
   uint8_t *flags;      /* [n] of the row of each point */
   sct_system *system;
   int64_t matrix_capacity, coupling_capacity;
