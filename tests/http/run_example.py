@@ -11,4 +11,5 @@ from daemon import Daemon  # noqa: E402
 
 with Daemon() as daemon:
     environment = {**os.environ, "SCATTERD_URL": daemon.url, "PYTHONDONTWRITEBYTECODE": "1"}
-    sys.exit(subprocess.run([sys.executable, *sys.argv[1:]], env=environment, check=False).returncode)
+    done = subprocess.run([sys.executable, *sys.argv[1:]], env=environment, check=False)
+    sys.exit(done.returncode)

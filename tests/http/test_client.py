@@ -179,7 +179,8 @@ class Command(unittest.TestCase):
                 self.assertEqual(saved["solution"].shape, (17 * 17,))
 
     def test_refusals_are_readable(self):
-        case = json.loads((ROOT / "schemas/examples/solve.bad-operator-radius-large.json").read_text())
+        example = ROOT / "schemas/examples/solve.bad-operator-radius-large.json"
+        case = json.loads(example.read_text(encoding="utf-8"))
         with tempfile.TemporaryDirectory() as folder:
             file = pathlib.Path(folder, "request.json")
             file.write_text(json.dumps(case["request"]))

@@ -74,8 +74,8 @@ def complaints(schema, document):
 
 def wanted_outputs(process, request):
     """Names of the outputs that must be in the result document of a request."""
-    always = [k for k, output in build.process(process)["outputs"].items() if output.get("required")]
-    return list(request["outputs"]) if request.get("outputs") else always
+    outputs = build.process(process)["outputs"]
+    return list(request.get("outputs") or build.names_required(outputs))
 
 
 def built(document):
