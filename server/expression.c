@@ -260,6 +260,9 @@ static bool words_are_known(const language *l, const char *text, int dim, expres
       while (is_name_char(*c)) c++;
       snprintf(name, sizeof name, "%.*s", (int)(c - word < 63 ? c - word : 63), word);
       if (!name_is_known(l, name, dim, word - text + 1, e, error)) return false;
+      if (is_function(name) && c[strspn(c, " \t\r\n")] != '(') {
+        return fail(error, word - text + 1, "function without arguments, needs %s(...)", name);
+      }
     } else if (!character_is_known(text, c++, error)) {
       return false;
     }
