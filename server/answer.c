@@ -156,6 +156,7 @@ static bool pack(const ask *a, const emit *e, reply *r) {
 static bool reply_result(const ask *a, task *t, const process *p, const execute *x,
                          const void *state, reply *r) {
   bool done = false;
+  if (sct_work_report(&t->work, "encode", 0, &t->error)) return false;
   emit *e = emit_new(a->accept == MEDIA_CBOR ? EMIT_CBOR : EMIT_JSON);
   if (e) {
     write_result(e, t, p, x, state);
