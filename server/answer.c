@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "cloud_input.h"
-#include "execute.h"
+#include "execute_body.h"
 #include "expression.h"
 #include "inflate.h"
 #include "member.h"

@@ -219,10 +219,16 @@ static bool end_chunks(stream *s) {
 
 /* ---- containers and tags ---- */
 
+/* Bytes of the head at `at`: the first one, and those of its argument. */
+static int64_t head_size(const unsigned char *at) {
+  int argument = *at & 0x1F;
+  return argument < 24 ? 1 : 1 + (1 << (argument - 24));
+}
+
 /* An item takes at least one byte: a larger claim is refused before anything else. */
-static bool check_claim(stream *s, const char *what, uint64_t items) {
-  uint64_t bytes = (uint64_t)(s->end - s->at) - 1;
-  return items <= bytes ||
+static bool check_claim(stream *s, const char *what, uint64_t items, uint64_t least) {
+  uint64_t bytes = (uint64_t)(s->end - s->at - head_size(s->at));
+  return items <= bytes / least ||
          lift_fail(&s->lift, true,
                    "truncated: %s claims %" PRIu64 " items, %" PRIu64 " bytes follow", what, items,
                    bytes);
@@ -250,14 +256,14 @@ static bool open_object(stream *s, int64_t items) {
 
 static void on_array(void *context, size_t items) {
   stream *s = context;
-  s->fine = check_claim(s, "an array", items) && open_array(s, (int64_t)items);
+  s->fine = check_claim(s, "an array", items, 1) && open_array(s, (int64_t)items);
 }
 static void on_endless_array(void *s) {
   ((stream *)s)->fine = open_array(s, INDEFINITE);
 }
 static void on_object(void *context, size_t members) {
   stream *s = context;
-  s->fine = check_claim(s, "a map", members) && open_object(s, (int64_t)members);
+  s->fine = check_claim(s, "a map", members, 2) && open_object(s, (int64_t)members);
 }
 static void on_endless_object(void *s) {
   ((stream *)s)->fine = open_object(s, INDEFINITE);
@@ -356,7 +362,9 @@ static bool finish_value(stream *s) {
 /* Containers of no items are complete at once. */
 static bool finish_empty(stream *s) {
   bool empty = s->lift.depth > 0 && lift_top(&s->lift)->left == 0;
-  return !empty || (lift_close(&s->lift) && finish_value(s));
+  if (!empty) return true;
+  s->opened = false;
+  return lift_close(&s->lift) && finish_value(s);
 }
 
 static bool whole(stream *s) {

@@ -116,9 +116,16 @@ void emit_text_n(emit *e, const char *text, size_t length) {
   if (begin(e)) e->back->text(e, text, length);
 }
 
+int64_t emit_count(int rank, const int64_t *shape) {
+  int64_t n = 1;
+  for (int k = 0; k < rank; k++) n *= shape[k];
+  return n;
+}
+
+/* The bytes of an array must be countable. */
 static bool begin_array(emit *e, int rank, const int64_t *shape) {
   int64_t bytes = sizeof(double);
-  bool sane = rank == 1 || rank == 2;
+  bool sane = rank >= 1 && rank <= DOC_RANK_MAX;
   for (int k = 0; k < rank && sane; k++) {
     sane = shape[k] >= 0 && !__builtin_mul_overflow(bytes, shape[k], &bytes);
   }
@@ -132,4 +139,38 @@ void emit_doubles(emit *e, const double *data, int rank, const int64_t *shape) {
 
 void emit_int32s(emit *e, const int32_t *data, int rank, const int64_t *shape) {
   if (begin_array(e, rank, shape)) e->back->int32s(e, data, rank, shape);
+}
+
+static void emit_children(emit *e, const doc *d) {
+  for (const doc *child = d->child; child != NULL; child = child->next) {
+    if (child->key != NULL) emit_key(e, child->key);
+    emit_doc(e, child);
+  }
+  emit_end(e);
+}
+
+void emit_doc(emit *e, const doc *d) {
+  switch (d->kind) {
+    case DOC_NULL:
+      emit_null(e);
+      break;
+    case DOC_BOOL:
+      emit_bool(e, d->truth);
+      break;
+    case DOC_NUMBER:
+      emit_number(e, d->number);
+      break;
+    case DOC_TEXT:
+      emit_text_n(e, d->text, d->length);
+      break;
+    case DOC_NUMBERS:
+      emit_doubles(e, d->data, d->rank, d->shape);
+      break;
+    case DOC_LIST:
+      emit_list(e), emit_children(e, d);
+      break;
+    case DOC_OBJECT:
+      emit_object(e), emit_children(e, d);
+      break;
+  }
 }

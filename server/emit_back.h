@@ -22,7 +22,7 @@ typedef struct {
 
 extern const emit_back emit_back_json, emit_back_cbor;
 
-enum { EMIT_DEPTH_MAX = 64 };
+enum { EMIT_DEPTH_MAX = DOC_DEPTH_MAX + 12 };
 
 struct emit {
   const emit_back *back;
@@ -34,12 +34,13 @@ struct emit {
   bool keyed;                      /* a key waits for its value */
 };
 
-/* Room for n bytes, NULL (and failed) out of memory; then emit_used says how many were written. */
+/* Room for n bytes, NULL (and failed) out of memory; then emit_used says where they end. */
 char *emit_room(emit *e, size_t n);
 void emit_used(emit *e, const char *end);
 
-/* Writes bytes; a text of which what is not UTF-8 is replaced by U+FFFD goes to `write` in runs
- * that are. */
 void emit_raw(emit *e, const char *bytes, size_t n);
+
+/* Numbers of an array. */
+int64_t emit_count(int rank, const int64_t *shape);
 
 #endif

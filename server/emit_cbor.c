@@ -98,14 +98,10 @@ static void array_head(emit *e, int rank, const int64_t *shape, uint64_t tag, si
   HEAD(e, cbor_encode_bytestring_start(bytes, h, HEAD_MAX));
 }
 
-static size_t count_of(int rank, const int64_t *shape) {
-  return (size_t)(rank == 1 ? shape[0] : shape[0] * shape[1]);
-}
-
 /* Numbers in little-endian order: one copy, and the turning is free where the host has it so. */
 #define CBOR_ARRAY(name, type, raw, little, tag)                                \
   static void name(emit *e, const type *data, int rank, const int64_t *shape) { \
-    size_t n = count_of(rank, shape);                                           \
+    size_t n = (size_t)emit_count(rank, shape);                                 \
     array_head(e, rank, shape, tag, n * sizeof *data);                          \
     char *room = emit_room(e, n * sizeof *data);                                \
     if (room == NULL) return;                                                   \

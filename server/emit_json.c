@@ -57,17 +57,18 @@ static void json_integer(emit *e, int64_t value) {
     emit_raw(e, "]", 1);                                                  \
   }
 
-/* An array is a row, or rows within brackets. */
+/* An array is a row, or arrays of one dimension less within brackets. */
 #define JSON_ARRAY(name, type, row)                                             \
   static void name(emit *e, const type *data, int rank, const int64_t *shape) { \
     if (rank == 1) {                                                            \
       row(e, data, shape[0]);                                                   \
       return;                                                                   \
     }                                                                           \
+    int64_t step = emit_count(rank - 1, shape + 1);                             \
     emit_raw(e, "[", 1);                                                        \
     for (int64_t k = 0; k < shape[0] && !e->failed; k++) {                      \
       if (k > 0) emit_raw(e, ",", 1);                                           \
-      row(e, data + k * shape[1], shape[1]);                                    \
+      name(e, data + k * step, rank - 1, shape + 1);                            \
     }                                                                           \
     emit_raw(e, "]", 1);                                                        \
   }

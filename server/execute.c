@@ -1,112 +1,160 @@
 #include "execute.h"
 
+#include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
-/* Does `list`, names with spaces between, name something that is among the inputs? */
-static bool has_one_of(const item *inputs, const char *list) {
-  char name[64];
-  for (const char *c = list; *c; c += strspn(c, " ")) {
-    size_t length = strcspn(c, " ");
-    if (length >= sizeof name) return false;
-    memcpy(name, c, length);
-    name[length] = '\0';
-    if (item_input(inputs, name).doc) return true;
-    c += length;
-  }
-  return false;
+#include "http.h"
+#include "media.h"
+#include "prefer.h"
+#include "site.h"
+
+typedef struct {
+  const service *service;
+  exchange *x;
+  prefer prefer; /* respond-async will choose a job here; until there are jobs all is synchronous */
+  ipc_ask ask;
+  pool_task *task; /* NULL: does not wait or run */
+} execution;
+
+/* ---- The header ---- */
+
+static const char *const offers[] = {"application/json", "application/cbor"};
+
+static const char *field(const exchange *x, const char *name, char room[512]) {
+  return http_field(x, name, room, 512);
 }
 
-static bool is_available(const process_output *output, const item *inputs) {
-  return !output->needs || has_one_of(inputs, output->needs);
+static void check_process(execution *e) {
+  const char *id = e->x->item;
+  problem p;
+  snprintf(e->ask.process, sizeof e->ask.process, "%s", id);
+  if (site_has_process(id)) return;
+  problem_begin_type(&p, PROBLEM_NO_SUCH_PROCESS, 404, "there is no process \"%.100s\"", id);
+  exchange_problem(e->x, &p);
 }
 
-static unsigned all_available(const process *p, const item *inputs) {
-  unsigned wanted = 0;
-  for (int k = 0; p->outputs[k].name; k++) {
-    if (is_available(&p->outputs[k], inputs)) wanted |= 1u << k;
-  }
-  return wanted;
-}
-
-static void output_names(const process *p, const char *names[PROCESS_OUTPUTS_MAX + 1]) {
-  int n = 0;
-  while (n < PROCESS_OUTPUTS_MAX && p->outputs[n].name) {
-    names[n] = p->outputs[n].name;
-    n++;
-  }
-  names[n] = NULL;
-}
-
-static void read_transmission(task *t, const item *output) {
-  static const char *const modes[] = {"value", "reference", NULL};
-  item mode = item_member(output, "transmissionMode");
-  int chosen = 0;
-  if (read_choice(t, &mode, modes, &chosen) && chosen == 1) {
-    complain(t, &mode, "is \"reference\", needs value: results are not kept");
+static void check_content(execution *e) {
+  char room[512];
+  const char *text = field(e->x, "Content-Type", room);
+  if (!e->x->has_body) {
+    exchange_refuse(e->x, 411, "body: got neither Content-Length nor Transfer-Encoding");
+  } else if (!media_of_body(text, &e->ask.content)) {
+    exchange_add(e->x, "Accept", "%s, %s", offers[0], offers[1]);
+    exchange_refuse(e->x, 415, "Content-Type: got \"%.100s\", needs %s (UTF-8) or %s", text,
+                    offers[0], offers[1]);
   }
 }
 
-static void read_format(task *t, const item *output, media accept) {
-  item format = item_member(output, "format"), type = item_member(&format, "mediaType");
-  const char *name = NULL;
-  char room[SHOWN_MAX];
-  if (!read_object(t, &format, NULL) || !read_text(t, &type, &name) || !name) return;
-  if (!strcmp(name, media_type(MEDIA_JSON)) || !strcmp(name, media_type(accept))) return;
-  complain(t, &type, "is \"%s\", needs %s", shown(name, room), media_type(accept));
+static void check_content_coding(execution *e) {
+  char room[512];
+  const char *text = field(e->x, "Content-Encoding", room);
+  if (coding_of_body(text, &e->ask.content_coding)) return;
+  exchange_add(e->x, "Accept-Encoding", "gzip, zstd");
+  exchange_refuse(e->x, 415, "Content-Encoding: got \"%.100s\", needs one of gzip, zstd, identity",
+                  text);
 }
 
-static void read_output(task *t, const process *p, const item *it, media accept, execute *x) {
-  static const char *const members[] = {"transmissionMode", "format", NULL};
-  const char *names[PROCESS_OUTPUTS_MAX + 1];
-  int k = 0;
-  while (p->outputs[k].name && strcmp(p->outputs[k].name, it->key)) k++;
-  if (!p->outputs[k].name) {
-    output_names(p, names);
-    complain_unknown(t, it, "output", names);
+static void check_accept(execution *e) {
+  char room[512];
+  const char *text = field(e->x, "Accept", room);
+  const int chosen = media_choose(text, offers, sizeof offers / sizeof *offers);
+  e->ask.accept = chosen == 1 ? MEDIA_CBOR : MEDIA_JSON;
+  if (chosen >= 0) return;
+  exchange_refuse(e->x, 406, "Accept: got \"%.100s\", needs %s or %s among it", text, offers[0],
+                  offers[1]);
+}
+
+static void check_accept_coding(execution *e) {
+  char room[512];
+  const char *text = field(e->x, "Accept-Encoding", room);
+  if (coding_choose(text, &e->ask.accept_coding)) return;
+  exchange_refuse(e->x, 406, "Accept-Encoding: got \"%.100s\", needs gzip, zstd or identity", text);
+}
+
+static void (*const checks[])(execution *) = {check_process, check_content, check_content_coding,
+                                              check_accept, check_accept_coding};
+
+void execute_begin(const service *s, exchange *x) {
+  char room[512];
+  execution *e = x->task = calloc(1, sizeof *e);
+  if (e == NULL) {
+    exchange_refuse(x, 503, "out of memory");
     return;
   }
-  if (read_object(t, it, members)) {
-    read_transmission(t, it);
-    read_format(t, it, accept);
-  }
-  if (!is_available(&p->outputs[k], &x->inputs)) {
-    complain(t, it, "cannot be had without an input of: %s", p->outputs[k].needs);
-  }
-  x->wanted |= 1u << k;
+  e->service = s;
+  e->x = x;
+  e->ask.limits = s->set->limits;
+  e->prefer = prefer_of(field(x, "Prefer", room));
+  for (size_t k = 0; k < sizeof checks / sizeof *checks && x->reply.status == 0; k++) checks[k](e);
 }
 
-static void read_outputs(task *t, const process *p, const item *it, media accept, execute *x) {
-  bool is_given = read_object(t, it, NULL) && it->doc && it->doc->count > 0;
-  if (!is_given) {
-    x->wanted = all_available(p, &x->inputs);
-    return;
-  }
-  for (const doc *m = it->doc->child; m; m = m->next) {
-    item output = {.doc = m, .up = it, .key = m->key};
-    read_output(t, p, &output, accept, x);
-  }
+/* ---- The reply ---- */
+
+static void reply_worker(execution *e, const pool_outcome *o) {
+  const bool refused = strcmp(o->type, media_type(MEDIA_PROBLEM)) == 0;
+  const char *type = refused && e->x->plain_problem ? media_type(MEDIA_JSON) : o->type;
+  exchange_file(e->x, o->status, type, o->coding, o->fd, o->size);
 }
 
-/* A subscriber without addresses asks for nothing. */
-static void read_subscriber(task *t, const item *it) {
-  static const char *const calls[] = {"successUri", "inProgressUri", "failedUri"};
-  if (!read_object(t, it, NULL)) return;
-  for (int k = 0; k < 3; k++) {
-    item call = item_member(it, calls[k]);
-    if (call.doc) complain(t, &call, "asks to be called back, which is not served");
-  }
+/* " in phase factor", or nothing when the worker never told. */
+static const char *where(const pool_outcome *o, char room[64]) {
+  snprintf(room, 64, *o->phase != '\0' ? " in phase %s" : "", o->phase);
+  return room;
 }
 
-void execute_read(task *t, const process *p, const item *body, media accept, execute *x) {
-  static const char *const responses[] = {"document", "raw", NULL};
-  item outputs = item_member(body, "outputs"), response = item_member(body, "response");
-  item subscriber = item_member(body, "subscriber");
-  int chosen = 0;
-  *x = (execute){.inputs = item_member(body, "inputs")};
-  if (!read_object(t, body, NULL)) return;
-  if (read_object(t, &x->inputs, p->inputs)) read_outputs(t, p, &outputs, accept, x);
-  read_choice(t, &response, responses, &chosen);
-  read_subscriber(t, &subscriber);
-  bool is_one = x->wanted && !(x->wanted & (x->wanted - 1));
-  x->is_raw = chosen == 1 && is_one;
+static void reply_memory(execution *e, const pool_outcome *o) {
+  char room[64];
+  exchange_refuse(e->x, 422, "the solve%s needs more than %lld bytes of memory (memory-bytes)",
+                  where(o, room), (long long)e->ask.limits.memory_bytes);
+}
+
+static void reply_time(execution *e, const pool_outcome *o) {
+  char room[64];
+  exchange_refuse(e->x, 504, "the solve was stopped%s after %g s (limit: seconds)", where(o, room),
+                  e->ask.limits.seconds);
+}
+
+static void reply_crash(execution *e, const pool_outcome *o) {
+  char room[64];
+  exchange_refuse(e->x, 500, "the worker died%s; the log knows more under request %s",
+                  where(o, room), e->x->id);
+}
+
+static void reply_stopped(execution *e, const pool_outcome *o) {
+  (void)o;
+  exchange_add(e->x, "Retry-After", "%d", 10);
+  exchange_refuse(e->x, 503, "the service is being stopped");
+}
+
+static void (*const replies[])(execution *, const pool_outcome *) = {
+    [POOL_REPLY] = reply_worker, [POOL_MEMORY] = reply_memory,   [POOL_TIME] = reply_time,
+    [POOL_CRASH] = reply_crash,  [POOL_STOPPED] = reply_stopped,
+};
+
+static void done(void *context, const pool_outcome *outcome) {
+  execution *e = context;
+  e->task = NULL;
+  e->x->worker = outcome->worker;
+  e->x->run_seconds = outcome->seconds;
+  replies[outcome->end](e, outcome);
+  http_deliver(e->x);
+}
+
+void execute_serve(const service *s, exchange *x) {
+  execution *e = x->task;
+  e->ask.size = x->body.size;
+  snprintf(x->process, sizeof x->process, "%s", x->item);
+  e->task = pool_submit(s->pool, &e->ask, x->body.fd, done, e);
+  if (e->task != NULL) return;
+  exchange_add(x, "Retry-After", "%d", pool_retry_after(s->pool));
+  exchange_refuse(x, 503, "all workers are busy and %lld requests wait (limit: queue)",
+                  (long long)s->set->queue);
+}
+
+void execute_end(const service *s, exchange *x) {
+  execution *e = x->task;
+  if (e != NULL && e->task != NULL) pool_cancel(s->pool, e->task);
+  free(e);
+  x->task = NULL;
 }

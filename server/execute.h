@@ -1,18 +1,19 @@
-/* execute.h - the body of an execute request around its inputs: which outputs, in which form. */
+/* execute.h - POST /processes/{id}/execution: negotiates, hands the body to a worker, replies with
+ * what the worker says or with what became of it. Test: http.front, http.faults.
+ */
 #ifndef SCATTERD_EXECUTE_H
 #define SCATTERD_EXECUTE_H
 
-#include "media.h"
-#include "process.h"
+#include "exchange.h"
+#include "service.h"
 
-typedef struct {
-  unsigned wanted; /* bit k: output k of the process */
-  bool is_raw;     /* response=raw with one output: its bare value, no document */
-  item inputs;     /* not NULL even if absent from the body */
-} execute;
+/* The header is there: refuses what cannot be answered, before the body is sent. */
+void execute_begin(const service *s, exchange *x);
 
-/* Reads all of the body but the insides of `inputs`. Outputs left out or empty: all those the
- * inputs allow. What is wrong becomes complaints. `body` must outlive *x. */
-void execute_read(task *t, const process *p, const item *body, media accept, execute *x);
+/* The body is there: the reply comes later. */
+void execute_serve(const service *s, exchange *x);
+
+/* The exchange ends: a request that still waits or runs is stopped. */
+void execute_end(const service *s, exchange *x);
 
 #endif

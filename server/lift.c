@@ -192,14 +192,17 @@ static bool take_dimensions(lift *l, lift_frame *f, int rank, const int64_t *sha
 
 static bool check_dimensions(lift *l, const lift_frame *f, int rank, const int64_t *shape) {
   int64_t product = 1;
-  bool overflow = rank != 1;
+  bool overflow = false;
+  if (rank != 1) {
+    return lift_fail(l, true, "numbers of an array with dimensions: got rows, needed a flat array");
+  }
   for (int k = 0; k < f->rank; k++) {
     overflow = overflow || __builtin_mul_overflow(product, f->shape[k], &product);
   }
   if (overflow || product != shape[0]) {
     return lift_fail(l, true,
-                     "an array with dimensions: got %" PRId64
-                     " numbers, needed as many as the product of the dimensions",
+                     "numbers of an array with dimensions: got %" PRId64
+                     ", needed the product of the dimensions",
                      shape[0]);
   }
   return true;
@@ -281,7 +284,10 @@ bool lift_key(lift *l, const char *key, size_t length, int64_t offset) {
   lift_frame *f = lift_top(l);
   f->key = key;
   f->key_length = length;
-  if (memchr(key, 0, length) != NULL) return lift_fail(l, true, "a key contains a NUL character");
+  if (memchr(key, 0, length) != NULL) {
+    l->error->offset = offset;
+    return lift_fail(l, true, "a key contains a NUL character");
+  }
   lift_key_entry *keys = grow(l->keys, &l->key_capacity, l->key_count + 1, sizeof *keys);
   if (keys == NULL) return lift_no_memory(l);
   l->keys = keys;

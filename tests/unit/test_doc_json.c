@@ -234,7 +234,7 @@ static void test_errors(void **state) {
       {"{\"a\":1,}", 7, "", "line 1, column 8: got '}', needed a key in '\"'"},
       {"{\"a\"1}", 4, "/a", "line 1, column 5: got '1', needed ':'"},
       {"[1] x", 4, "", "line 1, column 5: got 'x', needed the end of the body"},
-      {"[\"\u00e9\u00e9\", 01]", 8, "/1",
+      {"[\"\u00e9\u00e9\", 01]", 9, "/1",
        "line 1, column 8: got a number that is not as JSON writes it"},
       {"[\"a\nb\"]", 3, "/0", "line 1, column 4: got byte 0x0A in a string, needed an escape"},
       {"[\"\xFF\"]", 2, "/0", "line 1, column 3: got byte 0xFF, needed UTF-8"},
