@@ -85,35 +85,6 @@ const double *numbers_at(const doc *root, const char *pointer, int64_t count) {
   return d->data;
 }
 
-static void emit_doc(emit *e, const doc *d) {
-  switch (d->kind) {
-    case DOC_NULL:
-      emit_null(e);
-      break;
-    case DOC_BOOL:
-      emit_bool(e, d->truth);
-      break;
-    case DOC_NUMBER:
-      emit_number(e, d->number);
-      break;
-    case DOC_TEXT:
-      emit_text_n(e, d->text, d->length);
-      break;
-    case DOC_NUMBERS:
-      emit_doubles(e, d->data, d->rank, d->shape);
-      break;
-    case DOC_LIST:
-    case DOC_OBJECT:
-      if (d->kind == DOC_OBJECT) emit_object(e);
-      if (d->kind == DOC_LIST) emit_list(e);
-      for (const doc *m = d->child; m; m = m->next) {
-        if (m->key) emit_key(e, m->key);
-        emit_doc(e, m);
-      }
-      emit_end(e);
-  }
-}
-
 void *cbor_of(const char *json, size_t *size) {
   const doc_limits most = {64, 1 << 20, 1 << 24};
   doc_arena *arena;
