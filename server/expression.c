@@ -137,7 +137,8 @@ static language *language_new(const doc *parameters, int threads) {
   l->parser = mupCreate(muBASETYPE_FLOAT);
   l->parameters = parameters;
   l->loaded = NULL;
-  memset(l->column, 0, sizeof l->column);
+  for (int k = 0; k < VARIABLES; k++)
+    l->column[k][0] = 0; /* the rest is written before it is read */
 #ifdef _OPENMP
   omp_set_num_threads(threads); /* muParser shares a bulk evaluation among them */
 #else
