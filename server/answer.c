@@ -116,9 +116,9 @@ static const doc *decode(const ask *a, const void *body, size_t size, task *t, r
   stopwatch_lap(&t->watch, LAP_DECODE);
   if (root) return root;
   problem p;
-  problem_begin(&p, error.too_large ? 413 : 400,
-                "the body is not a valid %s document: %s, at byte %lld",
-                a->content == MEDIA_CBOR ? "CBOR" : "JSON", error.text, (long long)error.offset);
+  const char *form = a->content == MEDIA_CBOR ? "CBOR" : "JSON";
+  problem_begin(&p, error.too_large ? 413 : 400, "the body is %s %s: %s",
+                error.too_large ? "too large for the limits of" : "not valid", form, error.text);
   problem_add(&p, error.pointer, "%s", error.text);
   reply_problem(r, &p);
   return NULL;
