@@ -25,6 +25,8 @@ JSON = "application/json"
 CBOR = "application/cbor"
 PROBLEM = "application/problem+json"
 OPENAPI = "application/vnd.oai.openapi+json;version=3.0"
+HTML = "text/html"
+PAGE = {"description": "The same for reading.", "type": "string"}
 TITLE = "scatterd"
 ABOUT = "Partial differential equations solved on scattered particle clouds, over HTTP."
 
@@ -128,8 +130,10 @@ def request_schema(name):
         "inputs": object_schema(inputs, names_required(source["inputs"]), "Inputs by name."),
         "outputs": object_schema(outputs, [], "Outputs wanted; left out: all there are."),
         "response": response,
+        "subscriber": {"$ref": "subscriber.json"},
     }
-    return object_schema(members, ["inputs"], f"Execute request of {name}.")
+    about = f"Execute request of {name}; members not named here are passed over."
+    return {"type": "object", "description": about, "required": ["inputs"], "properties": members}
 
 
 def result_schema(name):
@@ -227,23 +231,33 @@ def conformance():
 # --- OpenAPI -----------------------------------------------------------------------------------
 
 FAILURES = {
-    "400": "The body or one of its values is wrong; `errors` points to the culprits.",
+    "400": "The request or one of its values is wrong; `errors` points to the culprits.",
     "404": "There is no such resource.",
-    "405": "The resource does not know this method; Allow names those it knows.",
-    "406": "None of the media types in Accept can be served.",
-    "408": "The body did not arrive in time.",
+    "406": "None of the media types or codings accepted can be served.",
+    "408": "The request did not arrive in time.",
+    "411": "There is no body.",
     "413": "The body is larger than the limit.",
+    "414": "The address is too long.",
     "415": "The media type or content coding of the body is unknown.",
-    "422": "The problem is well formed but cannot be solved; `errors` names points or members.",
-    "429": "Too many requests wait; Retry-After says when to come back.",
+    "422": "The problem is well formed but cannot be solved, or not within the memory of a worker.",
+    "431": "The header is too large.",
     "500": "The worker failed.",
+    "501": "The transfer coding of the body is unknown.",
     "503": "No worker is free or memory is short; Retry-After says when to come back.",
     "504": "The time limit was reached.",
+    "507": "There is no room for the body.",
 }
+OF_EVERY_REQUEST = ("400", "408", "414", "431", "503")
+OF_EXECUTION = ("404", "406", "411", "413", "415", "422", "500", "501", "504", "507")
+ABOUT_PATHS = (
+    " HEAD works wherever GET does; OPTIONS tells the methods of a path. A method that a path does "
+    "not know is answered 405 with Allow, any other path 404. Every failure is a problem document "
+    "(RFC 9457), also readable as application/json."
+)
 
 
 def body(schema, *media):
-    return {name: {"schema": schema} for name in media}
+    return {name: {"schema": PAGE if name == HTML else schema} for name in media}
 
 
 def answer(text, schema, *media):
@@ -256,18 +270,37 @@ def failures(*statuses):
 
 def get(identifier, tag, text, schema, *statuses, media=(JSON,), parameters=()):
     """A GET operation: its identifier, subject, sentence, schema and failures."""
+    failed = failures(*OF_EVERY_REQUEST, *statuses)
     operation = {
         "operationId": identifier,
         "tags": [tag],
         "summary": text,
-        "responses": {
-            "200": answer(text, schema, *media),
-            **failures("406", *statuses),
-        },
+        "responses": {"200": answer(text, schema, *media), **failed},
     }
     if parameters:
         operation["parameters"] = list(parameters)
-    return {"get": operation}
+    return {"get": operation, "head": head_of(operation), "options": options(identifier, tag)}
+
+
+def head_of(operation):
+    """HEAD: a GET whose answer has no body."""
+    found = {"description": operation["responses"]["200"]["description"]}
+    return {
+        **operation,
+        "operationId": operation["operationId"] + "Head",
+        "summary": "The header of GET alone.",
+        "responses": {**operation["responses"], "200": found},
+    }
+
+
+def options(identifier, tag):
+    """OPTIONS: the methods of a path, for web pages of other origins."""
+    return {
+        "operationId": identifier + "Options",
+        "tags": [tag],
+        "summary": "The methods of this path.",
+        "responses": {"204": {"description": "Allow names them."}, **failures(*OF_EVERY_REQUEST)},
+    }
 
 
 def parameter_limit():
@@ -294,7 +327,7 @@ def execution():
     """The POST operation that runs a process."""
     requests = {"anyOf": [component(f"{name}-request") for name in PROCESSES]}
     results = {"anyOf": [component(f"{name}-result") for name in PROCESSES]}
-    statuses = ("400", "404", "406", "408", "413", "415", "422", "429", "500", "503", "504")
+    failed = failures(*OF_EVERY_REQUEST, *OF_EXECUTION)
     operation = {
         "operationId": "execute",
         "tags": ["execution"],
@@ -302,42 +335,45 @@ def execution():
         "description": "Bodies are JSON or CBOR (typed arrays of RFC 8746) by Content-Type and "
         "Accept, plain, gzip or zstd by Content-Encoding and Accept-Encoding. `response` raw with "
         "one output gives its bare value.",
-        "parameters": [parameter_process()],
         "requestBody": {"required": True, "content": body(requests, JSON, CBOR)},
-        "responses": {"200": answer("The results.", results, JSON, CBOR), **failures(*statuses)},
+        "responses": {"200": answer("The results.", results, JSON, CBOR), **failed},
     }
-    return {"post": operation}
+    return {"post": operation, "options": options("execute", "execution")}
 
 
 def paths():
     health = component("health")
-    ready = get("ready", "state", "Whether requests are answered.", health, "503")
-    described_process = get(
+    landed = component("landing")
+    home = get("landing", "service", "Landing page.", landed, "406", media=(JSON, HTML))
+    document = {"description": "This document.", "type": "object"}
+    api = get("api", "service", "This document.", document, "406", media=(OPENAPI, JSON, HTML))
+    one = get(
         "description",
         "processes",
         "One process with its inputs and outputs.",
         component("process-description"),
         "404",
-        parameters=[parameter_process()],
+        "406",
     )
-    listed = get(
+    every = get(
         "processes",
         "processes",
         "The processes.",
         component("process-list"),
-        "400",
+        "406",
         parameters=[parameter_limit()],
     )
-    whole = {"description": "This document.", "type": "object"}
+    conforms = component("conformance")
+    of_process = {"parameters": [parameter_process()]}
     return {
-        "/": get("landing", "service", "Landing page.", component("landing")),
-        "/api": get("api", "service", "This document.", whole, media=(OPENAPI,)),
-        "/conformance": get("conformance", "service", "Conformance.", component("conformance")),
-        "/processes": listed,
-        "/processes/{processID}": described_process,
-        "/processes/{processID}/execution": execution(),
+        "/": home,
+        "/api": api,
+        "/conformance": get("conformance", "service", "Conformance classes.", conforms, "406"),
+        "/processes": every,
+        "/processes/{processID}": {**of_process, **one},
+        "/processes/{processID}/execution": {**of_process, **execution()},
         "/healthz": get("health", "state", "Whether the daemon lives.", health),
-        "/readyz": ready,
+        "/readyz": get("ready", "state", "Whether requests are answered.", health),
     }
 
 
@@ -348,10 +384,9 @@ def components():
         schemas[f"{name}-result"] = refer(result_schema(name))
     problem = component("problem")
     responses = {code: answer(text, problem, PROBLEM, JSON) for code, text in FAILURES.items()}
-    for code in ("429", "503"):
-        responses[code]["headers"] = {
-            "Retry-After": {"description": "Time to wait (s).", "schema": {"type": "integer"}}
-        }
+    responses["503"]["headers"] = {
+        "Retry-After": {"description": "Time to wait (s).", "schema": {"type": "integer"}}
+    }
     return {"schemas": dict(sorted(schemas.items())), "responses": responses}
 
 
@@ -360,7 +395,7 @@ def openapi(version):
         "openapi": "3.0.3",
         "info": {
             "title": TITLE,
-            "description": ABOUT,
+            "description": ABOUT + ABOUT_PATHS,
             "version": version,
             "license": {
                 "name": "GPL-2.0-or-later",

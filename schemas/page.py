@@ -101,7 +101,8 @@ def process(description):
 def resources(openapi):
     rows = []
     for path, operations in openapi["paths"].items():
-        for method, operation in operations.items():
+        for method in operations.keys() & {"get", "post"}:
+            operation = operations[method]
             codes = " ".join(sorted(operation["responses"]))
             about = text(operation["summary"])
             rows.append(

@@ -9,7 +9,7 @@
 
 #include "log.h"
 
-typedef enum { TEXT, COUNT, BYTES, SECONDS, LEVEL } kind;
+typedef enum { TEXT, URL, COUNT, BYTES, SECONDS, LEVEL } kind;
 
 typedef struct {
   const char *name;
@@ -30,7 +30,7 @@ static const parameter table[] = {
     {"data-dir", TEXT, "DIR", AT(data_dir), "", 0, 0,
      "directory of the daemon's files; empty means $XDG_DATA_HOME/scatterd or "
      "~/.local/share/scatterd"},
-    {"public-url", TEXT, "URL", AT(public_url), "", 0, 0,
+    {"public-url", URL, "URL", AT(public_url), "", 0, 0,
      "address of this service as clients see it, for links; empty means the Host of each request"},
     {"cors-origins", TEXT, "LIST", AT(cors_origins), "", 0, 0,
      "origins whose web pages may call, such as \"https://a.example https://b.example\"; * is any"},
@@ -46,8 +46,8 @@ static const parameter table[] = {
     {"connections", COUNT, "", AT(connections), "1000", 1, 1e6, "connections at the same time"},
     {"connections-per-address", COUNT, "", AT(connections_per_address), "0", 0, 1e6,
      "connections of one address at the same time; 0 means no limit of its own"},
-    {"header-seconds", SECONDS, "s", AT(header_seconds), "20", 0.1, 86400,
-     "time a new connection has for its first request's header, and a body to get going"},
+    {"receive-seconds", SECONDS, "s", AT(receive_seconds), "20", 0.1, 86400,
+     "time a client has to send a request's header, and the longest pause in a body"},
     {"idle-seconds", SECONDS, "s", AT(idle_seconds), "75", 0.1, 86400,
      "time after which a connection without traffic is closed"},
     {"receive-rate", COUNT, "bytes/s", AT(receive_rate), "500", 1, NO_END,
@@ -95,6 +95,16 @@ static bool read_text(const parameter *row, void *value, const char *text, fault
   if (length < (size_t)row->least) return fault_set(why, "%s: got an empty text", row->name);
   memcpy(value, text, length + 1);
   return true;
+}
+
+/* An empty text, or an URL that may stand in links: no blank, quote or control character. */
+static bool read_url(const parameter *row, void *value, const char *text, fault *why) {
+  bool good = strncmp(text, "http://", 7) == 0 || strncmp(text, "https://", 8) == 0;
+  for (const char *at = text; *at != '\0'; at++) {
+    good = good && *at > ' ' && *at <= '~' && strchr("\"<>\\^`{|}", *at) == NULL;
+  }
+  if (good || *text == '\0') return read_text(row, value, text, why);
+  return fault_set(why, "%s: got \"%.200s\", needs http://... or https://...", row->name, text);
 }
 
 static const struct {
@@ -165,9 +175,9 @@ static const struct {
   bool (*read)(const parameter *row, void *value, const char *text, fault *why);
   void (*show)(const void *value, char *room, size_t size);
 } kinds[] = {
-    [TEXT] = {read_text, show_text},        [COUNT] = {read_integer, show_integer},
-    [BYTES] = {read_integer, show_integer}, [SECONDS] = {read_seconds, show_seconds},
-    [LEVEL] = {read_level, show_level},
+    [TEXT] = {read_text, show_text},          [URL] = {read_url, show_text},
+    [COUNT] = {read_integer, show_integer},   [BYTES] = {read_integer, show_integer},
+    [SECONDS] = {read_seconds, show_seconds}, [LEVEL] = {read_level, show_level},
 };
 
 static bool set(parameters *p, const parameter *row, const char *text, fault *why) {

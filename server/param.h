@@ -27,7 +27,7 @@ typedef struct {
   int64_t spool_bytes;
   int64_t header_bytes;
   int64_t receive_rate; /* bytes per second */
-  double header_seconds;
+  double receive_seconds;
   double idle_seconds;
   double grace_seconds;
   limits limits;

@@ -50,6 +50,7 @@ struct pool {
   worker *workers;
   pool_task *first, **last; /* queue */
   int waiting;
+  bool stopped;
   double mean; /* seconds of a request, weighted towards the recent ones */
 };
 
@@ -344,20 +345,26 @@ static void end_worker(worker *w) {
   child_kill(&w->child);
   finish_without_reply(w, POOL_STOPPED);
   reap(w, &how);
+  w->state = ABSENT;
+  w->until = INFINITY;
 }
 
-void pool_free(pool **inout) {
-  pool *p = *inout;
-  if (p == NULL) return;
+void pool_stop(pool *p) {
+  p->stopped = true;
   for (int k = 0; k < p->count; k++) end_worker(&p->workers[k]);
   while (p->first != NULL) {
     pool_task *t = queue_pop(p);
     t->done(t->context, &(pool_outcome){.end = POOL_STOPPED, .fd = -1});
     free(t);
   }
-  free(p->workers);
-  free(p);
-  *inout = NULL;
+}
+
+void pool_free(pool **p) {
+  if (*p == NULL) return;
+  pool_stop(*p);
+  free((*p)->workers);
+  free(*p);
+  *p = NULL;
 }
 
 static bool has_idle(const pool *p) {
@@ -368,6 +375,7 @@ static bool has_idle(const pool *p) {
 }
 
 pool_task *pool_submit(pool *p, const ipc_ask *ask, int body, pool_done *done, void *context) {
+  if (p->stopped) return NULL;
   if (p->waiting >= p->set->queue && !(p->waiting == 0 && has_idle(p))) return NULL;
   pool_task *t = calloc(1, sizeof *t);
   if (t == NULL) return NULL;

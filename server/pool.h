@@ -43,7 +43,8 @@ typedef void pool_done(void *context, const pool_outcome *outcome);
 /* Starts set->workers processes (see pool_workers); they say pool_ready when they are up. */
 pool *pool_new(loop *l, const parameters *set, fault *why);
 
-/* Kills all workers and ends all tasks with POOL_STOPPED. */
+/* Kills all workers and ends all tasks with POOL_STOPPED; none is taken after it. */
+void pool_stop(pool *p);
 void pool_free(pool **p);
 
 /* Hands a request in; `body` is a descriptor (or -1) that stays open until the task ends. `done` is

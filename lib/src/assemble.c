@@ -6,17 +6,10 @@
 #include "alloc.h"
 #include "points.h"
 #include "row.h"
+#include "row_buffer.h"
 
 /* Points handled between two appends to the system: bounds the memory of rows in the making. */
 enum { CHUNK_BLOCKS = 256, CHUNK = CHUNK_BLOCKS * SCT_POINTS_BLOCK };
-
-/* Rows of one block of points in the making: entries by (column = point, value). */
-typedef struct {
-  int64_t rows, entries, capacity;
-  int32_t length[SCT_POINTS_BLOCK]; /* entries of each row */
-  int32_t *column;
-  double *value;
-} row_buffer;
 
 typedef struct {
   const sct_stencil *stencil;
@@ -24,7 +17,8 @@ typedef struct {
   const sct_boundary *boundary;
   bool diffuses;       /* some diffusivity is positive */
   int64_t chunk_first; /* first point of the chunk */
-  row_buffer *buffers; /* [CHUNK_BLOCKS] */
+  int64_t blocks;      /* of a chunk: no more than the cloud has */
+  row_buffer *buffers; /* [blocks] */
   uint8_t *flags;      /* [n] of the row of each point */
   sct_system *system;
   int64_t matrix_capacity, coupling_capacity;
@@ -35,51 +29,6 @@ static int dim_of(const assembly *job) {
 }
 
 /* ---- rows ---- */
-
-static sct_status buffer_reserve(row_buffer *buffer, int64_t more, sct_error *err) {
-  const int64_t needed = buffer->entries + more;
-  if (needed <= buffer->capacity) return SCT_OK;
-  const int64_t capacity = needed + needed / 2;
-  sct_status status = sct_realloc(&buffer->column, capacity, sizeof *buffer->column, err);
-  if (status == SCT_OK) status = sct_realloc(&buffer->value, capacity, sizeof *buffer->value, err);
-  if (status == SCT_OK) buffer->capacity = capacity;
-  return status;
-}
-
-/* Insertion sort by column: rows are short and come in ascending runs. */
-static void sort_row(int64_t n, int32_t *column, double *value) {
-  for (int64_t k = 1; k < n; k++) {
-    const int32_t c = column[k];
-    const double v = value[k];
-    int64_t at = k;
-    for (; at > 0 && column[at - 1] > c; at--) {
-      column[at] = column[at - 1];
-      value[at] = value[at - 1];
-    }
-    column[at] = c;
-    value[at] = v;
-  }
-}
-
-/* Appends the row diagonal phi_i - sum_j weight_j phi_j, of which sum weight_j is part of the
- * diagonal already. */
-static sct_status buffer_append(row_buffer *buffer, int64_t i, double diagonal, int64_t n,
-                                const int32_t *index, const double *weight, sct_error *err) {
-  const sct_status status = buffer_reserve(buffer, n + 1, err);
-  if (status != SCT_OK) return status;
-  int32_t *column = buffer->column + buffer->entries;
-  double *value = buffer->value + buffer->entries;
-  for (int64_t k = 0; k < n; k++) {
-    column[k] = index[k];
-    value[k] = -weight[k];
-  }
-  column[n] = (int32_t)i;
-  value[n] = diagonal;
-  sort_row(n + 1, column, value);
-  buffer->length[buffer->rows++] = (int32_t)(n + 1);
-  buffer->entries += n + 1;
-  return SCT_OK;
-}
 
 /* weight_k = weight_k + factor * more_k */
 static void accumulate(int64_t n, double factor, const double *more, double *weight) {
@@ -109,8 +58,8 @@ static sct_status equation_row(assembly *job, int64_t i, sct_room *room, sct_err
   }
   for (int a = 0; moves && a < dim; a++) accumulate(row.n, -u[a], row.gradient + a * row.n, a_ij);
   const double k = fields->reaction == NULL ? 0 : fields->reaction[i];
-  return buffer_append(&job->buffers[(i - job->chunk_first) / SCT_POINTS_BLOCK], i,
-                       row_sum(row.n, a_ij) + k, row.n, row.index, a_ij, err);
+  return row_buffer_append(&job->buffers[(i - job->chunk_first) / SCT_POINTS_BLOCK], i,
+                           row_sum(row.n, a_ij) + k, row.n, row.index, a_ij, err);
 }
 
 /* c phi_i + sum_j n . g_ij (phi_j - phi_i) */
@@ -136,8 +85,8 @@ static sct_status condition_row(assembly *job, int64_t i, sct_room *room, sct_er
   }
   const bool robin = boundary->condition[i] == SCT_ROBIN;
   const double c = robin ? boundary->coefficient[i] : 0;
-  return buffer_append(&job->buffers[(i - job->chunk_first) / SCT_POINTS_BLOCK], i,
-                       row_sum(row.n, weight) + c, row.n, row.index, weight, err);
+  return row_buffer_append(&job->buffers[(i - job->chunk_first) / SCT_POINTS_BLOCK], i,
+                           row_sum(row.n, weight) + c, row.n, row.index, weight, err);
 }
 
 static sct_status assemble_point(void *context, int64_t i, sct_room *room, sct_error *err) {
@@ -197,13 +146,13 @@ static sct_status assemble_rows(assembly *job, const sct_work *work, sct_error *
   int64_t next_row = 0;
   for (job->chunk_first = 0; job->chunk_first < n; job->chunk_first += CHUNK) {
     const int64_t end = job->chunk_first + CHUNK < n ? job->chunk_first + CHUNK : n;
-    for (int b = 0; b < CHUNK_BLOCKS; b++) job->buffers[b].rows = job->buffers[b].entries = 0;
+    for (int64_t b = 0; b < job->blocks; b++) job->buffers[b].rows = job->buffers[b].entries = 0;
     sct_status status =
         sct_work_report(work, "assemble", (double)job->chunk_first / (double)n, err);
     if (status == SCT_OK) {
       status = sct_points_run(job->stencil, job->chunk_first, end, work, assemble_point, job, err);
     }
-    for (int b = 0; status == SCT_OK && b < CHUNK_BLOCKS; b++) {
+    for (int64_t b = 0; status == SCT_OK && b < job->blocks; b++) {
       status = append_block(job, &job->buffers[b], &next_row, err);
     }
     if (status != SCT_OK) return status;
@@ -264,10 +213,8 @@ static void count_flags(const assembly *job) {
 }
 
 static void assembly_clear(assembly *job) {
-  for (int b = 0; job->buffers != NULL && b < CHUNK_BLOCKS; b++) {
-    sct_release(&job->buffers[b].column);
-    sct_release(&job->buffers[b].value);
-  }
+  for (int64_t b = 0; job->buffers != NULL && b < job->blocks; b++)
+    row_buffer_clear(&job->buffers[b]);
   sct_release(&job->buffers);
   sct_release(&job->flags);
 }
@@ -277,6 +224,7 @@ sct_status sct_system_build(const sct_stencil *stencil, const sct_fields *fields
                             sct_error *err) {
   const int64_t n = sct_stencil_cloud(stencil)->n;
   assembly job = {.stencil = stencil, .fields = fields, .boundary = boundary};
+  job.blocks = n < CHUNK ? (n + SCT_POINTS_BLOCK - 1) / SCT_POINTS_BLOCK : CHUNK_BLOCKS;
   *out = NULL;
   sct_status status = check_fields(n, fields, &job.diffuses, err);
   if (status == SCT_OK) status = system_new(n, boundary->condition, &job.system, err);
@@ -284,7 +232,7 @@ sct_status sct_system_build(const sct_stencil *stencil, const sct_fields *fields
     status = sct_fail(err, SCT_E_ARGUMENT, -1, "every point has a given value, nothing to solve");
   }
   if (status == SCT_OK) {
-    status = sct_alloc_zero(&job.buffers, CHUNK_BLOCKS, sizeof *job.buffers, err);
+    status = sct_alloc_zero(&job.buffers, job.blocks, sizeof *job.buffers, err);
   }
   if (status == SCT_OK) status = sct_alloc_zero(&job.flags, n, sizeof *job.flags, err);
   if (status == SCT_OK) status = assemble_rows(&job, work, err);

@@ -9,6 +9,7 @@
 #include <math.h>
 
 #include "row.h"
+#include "vector.h"
 
 typedef struct {
   int unknowns;
@@ -36,7 +37,7 @@ static double *column(const row_job *job, int m) {
 /* Column m of A is a column of one degree less times a coordinate. Monomials are made degree by
  * degree; within a degree those that end in coordinate a follow each other: a monomial may only be
  * multiplied by its last coordinate or a later one, so each is made once. */
-static void monomials(const row_job *job) {
+SCT_VECTOR static void monomials(const row_job *job) {
   const sct_room *room = job->room;
   int last[SCT_UNKNOWNS_MAX], count = 0, first = 0;
   const double scale = 1 / job->support;
@@ -72,8 +73,16 @@ static void root_weight(const row_job *job) {
   for (int64_t k = 0; k < job->n; k++) room->scratch[k] = sqrt(weight[k]);
 }
 
+/* row_sum2, to be inlined into the wide versions of what calls it. */
+static inline double dot(int64_t n, const double *restrict a, const double *restrict b) {
+  double sum = 0;
+#pragma omp simd reduction(+ : sum)
+  for (int64_t k = 0; k < n; k++) sum += a[k] * b[k];
+  return sum;
+}
+
 /* a = a - s q; returns the new |a|^2 */
-static double subtract(int64_t n, double s, const double *restrict q, double *restrict a) {
+static inline double subtract(int64_t n, double s, const double *restrict q, double *restrict a) {
   double norm2 = 0;
 #pragma omp simd reduction(+ : norm2)
   for (int64_t k = 0; k < n; k++) {
@@ -111,11 +120,11 @@ static int largest(const double *value, int from, int end) {
 }
 
 /* Q R P^T = A, Q in place. |R_00 / R_tt| estimates the condition number from below. */
-static bool factor(const row_job *job, fit *f) {
+SCT_VECTOR static bool factor(const row_job *job, fit *f) {
   double norm2[SCT_UNKNOWNS_MAX];
   for (int t = 0; t < f->unknowns; t++) {
     f->pivot[t] = t;
-    norm2[t] = row_sum2(job->n, column(job, t), column(job, t));
+    norm2[t] = dot(job->n, column(job, t), column(job, t));
   }
   for (int s = 0; s < f->unknowns; s++) {
     const int best = largest(norm2, s, f->unknowns);
@@ -127,7 +136,7 @@ static bool factor(const row_job *job, fit *f) {
     f->r[s][s] = norm;
     for (int64_t k = 0; k < job->n; k++) q[k] /= norm;
     for (int t = s + 1; t < f->unknowns; t++) { /* R_st = q_s . a_t, a_t = a_t - R_st q_s */
-      f->r[s][t] = row_sum2(job->n, q, column(job, t));
+      f->r[s][t] = dot(job->n, q, column(job, t));
       norm2[t] = subtract(job->n, f->r[s][t], q, column(job, t));
     }
   }
@@ -135,7 +144,8 @@ static bool factor(const row_job *job, fit *f) {
 }
 
 /* weight_k = W_k^(1/2) sum_t Q_kt y_t with R^T y = P^T e */
-static void functional(const row_job *job, const fit *f, const double *e, double *weight) {
+SCT_VECTOR static void functional(const row_job *job, const fit *f, const double *e,
+                                  double *weight) {
   double y[SCT_UNKNOWNS_MAX];
   for (int t = 0; t < f->unknowns; t++) {
     y[t] = e[f->pivot[t]];

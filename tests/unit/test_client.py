@@ -104,7 +104,8 @@ class Json(unittest.TestCase):
         self.assertNotIn("Content-Encoding", headers)
 
     def test_lists_become_arrays_where_they_are_numbers(self):
-        read = wire.to_numpy({"a": [[1, 2], [3, 4]], "b": ["x"], "c": [1, None], "d": [[1], [2, 3]]})
+        lists = {"a": [[1, 2], [3, 4]], "b": ["x"], "c": [1, None], "d": [[1], [2, 3]]}
+        read = wire.to_numpy(lists)
         self.assertEqual(read["a"].shape, (2, 2))
         self.assertEqual(read["b"], ["x"])
         self.assertTrue(numpy.isnan(read["c"][1]))
@@ -155,6 +156,7 @@ class Pieces(unittest.TestCase):
         self.assertIsInstance(result.solution, numpy.ndarray)
         self.assertEqual(result.message, "x")
         self.assertIn("solution", dir(result))
+        self.assertEqual(scatterd.Result({"values": [3]}).values.tolist(), [3])
         with self.assertRaisesRegex(AttributeError, "no 'gradient'.*solution, norms"):
             result.gradient
 

@@ -36,7 +36,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 def parser() -> argparse.ArgumentParser:
     shared = argparse.ArgumentParser(add_help=False)
-    shared.add_argument("--url", help=f"address of the service (default $SCATTERD_URL, {DEFAULT_URL})")
+    shared.add_argument("--url", help=f"address (default $SCATTERD_URL, else {DEFAULT_URL})")
     shared.add_argument("--token", help="bearer token, if the service wants one")
     shared.add_argument("--timeout", type=float, default=600, help="seconds to wait (default 600)")
     shared.add_argument("--format", choices=("cbor", "json"), help="format on the wire")
@@ -50,7 +50,7 @@ def parser() -> argparse.ArgumentParser:
         command.add_argument("request", help='file with {"inputs": {...}}; - for standard input')
         command.add_argument("--output", metavar="FILE", help="write results to a .json or .npz")
         if name != "echo":
-            command.add_argument("--plot", metavar="FILE", help="draw the result (.png, .pdf, .svg)")
+            command.add_argument("--plot", metavar="FILE", help="draw it (.png, .pdf, .svg)")
             command.add_argument("--field", help="output to draw")
         command.set_defaults(run=run_process, process=name, plot=None, field=None)
     listing = commands.add_parser("processes", help="list the processes", parents=[shared])
