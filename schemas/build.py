@@ -130,8 +130,10 @@ def request_schema(name):
         "inputs": object_schema(inputs, names_required(source["inputs"]), "Inputs by name."),
         "outputs": object_schema(outputs, [], "Outputs wanted; left out: all there are."),
         "response": response,
+        "subscriber": {"$ref": "subscriber.json"},
     }
-    return object_schema(members, ["inputs"], f"Execute request of {name}.")
+    about = f"Execute request of {name}; members not named here are passed over."
+    return {"type": "object", "description": about, "required": ["inputs"], "properties": members}
 
 
 def result_schema(name):

@@ -69,9 +69,9 @@ static int patience(const loop *l) {
 }
 
 static void run_chores(loop *l) {
-  const double now = loop_now();
   for (int k = 0; k < l->chores; k++) {
-    if (l->chore[k].due(l->chore[k].self) <= now) l->chore[k].run(l->chore[k].self);
+    const double due = l->chore[k].due(l->chore[k].self);
+    if (due <= loop_now()) l->chore[k].run(l->chore[k].self); /* the clock is read after due */
   }
 }
 

@@ -9,7 +9,12 @@ import sys
 sys.dont_write_bytecode = True
 from daemon import Daemon  # noqa: E402
 
-with Daemon() as daemon:
-    environment = {**os.environ, "SCATTERD_URL": daemon.url, "PYTHONDONTWRITEBYTECODE": "1"}
-    done = subprocess.run([sys.executable, *sys.argv[1:]], env=environment, check=False)
-    sys.exit(done.returncode)
+daemon = Daemon(stub=False)
+try:
+    daemon.wait_ready()
+    address = {"SCATTERD_URL": f"http://{daemon.address}", "PYTHONDONTWRITEBYTECODE": "1"}
+    command = [sys.executable, *sys.argv[1:]]
+    done = subprocess.run(command, env={**os.environ, **address}, check=False)
+finally:
+    daemon.stop()
+sys.exit(done.returncode)

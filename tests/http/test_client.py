@@ -22,16 +22,17 @@ SQUARE = scatterd.lattice([0, 0], [1, 1], 8, jitter=0.3, seed=4)
 
 
 def setUpModule():
-    global daemon
-    daemon = Daemon()
-    daemon.__enter__()
-    unittest.addModuleCleanup(daemon.__exit__, None, None, None)
+    global url
+    daemon = Daemon(stub=False)
+    unittest.addModuleCleanup(daemon.stop)
+    daemon.wait_ready()
+    url = f"http://{daemon.address}"
 
 
 class Formats(unittest.TestCase):
     def clients(self):
         for format in ("json", "cbor"):
-            with self.subTest(format=format), scatterd.Client(daemon.url, format=format) as client:
+            with self.subTest(format=format), scatterd.Client(url, format=format) as client:
                 yield client
 
     def test_plane_is_solved_exactly(self):
@@ -96,7 +97,7 @@ class Formats(unittest.TestCase):
 
     def test_large_json_bodies_travel_compressed(self):
         points = scatterd.lattice_points(scatterd.lattice([0, 0], [1, 1], 60))
-        with scatterd.Client(daemon.url, format="json") as client:
+        with scatterd.Client(url, format="json") as client:
             result = client.diagnose(scatterd.cloud(points), outputs=["neighbours"])
         self.assertEqual(set(result), {"neighbours"})
         self.assertEqual(result.neighbours.shape, (61 * 61,))
@@ -106,14 +107,14 @@ class Service(unittest.TestCase):
     def test_lattices_are_the_same_on_both_sides(self):
         for cells, jitter, seed in (([9], 0.5, 1), ([5, 7], 0.3, 2**53 - 1), ([3, 4, 5], 0.9, 0)):
             cloud = scatterd.lattice([-1] * len(cells), [2] * len(cells), cells, jitter, seed)
-            with self.subTest(cells=cells), scatterd.Client(daemon.url) as client:
+            with self.subTest(cells=cells), scatterd.Client(url) as client:
                 boundary = [scatterd.dirichlet("boundary", 0)]
                 result = client.solve(cloud, 1, boundary=boundary, outputs=["points"])
                 points = scatterd.lattice_points(cloud)
                 self.assertEqual(result.points.tobytes(), points.tobytes())
 
     def test_errors_point_to_the_culprits(self):
-        with scatterd.Client(daemon.url) as client:
+        with scatterd.Client(url) as client:
             with self.assertRaises(scatterd.ScatterdError) as caught:
                 client.solve(SQUARE, "1 +", operator={"scheme": "sph"})
         error = caught.exception
@@ -125,25 +126,34 @@ class Service(unittest.TestCase):
     def test_not_a_number_is_found_in_both_formats(self):
         points = numpy.array([[0.0], [numpy.nan], [1.0]])
         for format in ("json", "cbor"):
-            with self.subTest(format=format), scatterd.Client(daemon.url, format=format) as client:
+            with self.subTest(format=format), scatterd.Client(url, format=format) as client:
                 with self.assertRaisesRegex(scatterd.ScatterdError, "/inputs/cloud/points/1/0"):
                     client.diagnose({"points": points})
 
     def test_unknown_processes_are_refused(self):
-        with scatterd.Client(daemon.url) as client:
+        with scatterd.Client(url) as client:
             with self.assertRaises(scatterd.ScatterdError) as caught:
                 client.execute("guess", {})
         self.assertEqual(caught.exception.status, 404)
 
     def test_processes_are_listed_and_described(self):
-        with scatterd.Client(daemon.url) as client:
+        with scatterd.Client(url) as client:
             names = [process["id"] for process in client.processes()]
             self.assertEqual(names, ["solve", "apply", "diagnose", "echo"])
             self.assertIn("cloud", client.process("solve")["inputs"])
 
+    def test_unix_sockets_serve_as_well(self):
+        local = Daemon(stub=False, unix=True)
+        self.addCleanup(local.stop)
+        local.wait_ready()
+        for format in ("json", "cbor"):
+            with scatterd.Client(f"unix:{local.socket}", format=format) as client:
+                self.assertEqual(client.echo("x", values=[1, 2]).values.tolist(), [1, 2])
+                self.assertEqual(client.processes()[0]["id"], "solve")
+
     def test_threads_share_a_client(self):
         found = {}
-        with scatterd.Client(daemon.url) as client:
+        with scatterd.Client(url) as client:
 
             def run(k):
                 found[k] = client.echo(f"message {k}", values=[k]).message
@@ -162,7 +172,7 @@ class Command(unittest.TestCase):
         environment = {
             **os.environ,
             "PYTHONPATH": str(ROOT / "clients/python"),
-            "SCATTERD_URL": daemon.url,
+            "SCATTERD_URL": url,
         }
         command = [sys.executable, "-B", "-m", "scatterd", *arguments]
         return subprocess.run(command, env=environment, capture_output=True, text=True, check=False)

@@ -1,12 +1,10 @@
 #!/usr/bin/env python3
 """Every example against a running daemon, whose answers keep the schemas it serves."""
 
-import http.client
 import json
 import pathlib
 import sys
 import unittest
-from urllib.parse import urlsplit
 
 import cbor2
 from jsonschema import Draft4Validator
@@ -23,10 +21,10 @@ JSON, CBOR, PROBLEM = "application/json", "application/cbor", "application/probl
 
 def setUpModule():
     global daemon, connection
-    daemon = Daemon()
-    daemon.__enter__()
-    unittest.addModuleCleanup(daemon.__exit__, None, None, None)
-    connection = http.client.HTTPConnection(urlsplit(daemon.url).netloc, timeout=120)
+    daemon = Daemon(stub=False)
+    unittest.addModuleCleanup(daemon.stop)
+    daemon.wait_ready()
+    connection = daemon.connect()
     unittest.addModuleCleanup(connection.close)
 
 
@@ -80,7 +78,7 @@ def wanted_outputs(process, request):
 
 def built(document):
     """A document as build.py makes it, with the daemon's address put in."""
-    return json.loads(json.dumps(document).replace("{B}", daemon.url))
+    return json.loads(json.dumps(document).replace("{B}", f"http://{daemon.address}"))
 
 
 def without_report(result):

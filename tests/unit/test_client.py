@@ -156,6 +156,7 @@ class Pieces(unittest.TestCase):
         self.assertIsInstance(result.solution, numpy.ndarray)
         self.assertEqual(result.message, "x")
         self.assertIn("solution", dir(result))
+        self.assertEqual(scatterd.Result({"values": [3]}).values.tolist(), [3])
         with self.assertRaisesRegex(AttributeError, "no 'gradient'.*solution, norms"):
             result.gradient
 

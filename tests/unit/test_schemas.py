@@ -21,7 +21,7 @@ DRAFT = "http://json-schema.org/draft-04/schema#"
 KEYWORDS = set(
     "title description type properties required additionalProperties items minItems maxItems "
     "minLength minimum maximum exclusiveMinimum exclusiveMaximum enum default format oneOf anyOf "
-    "allOf contentMediaType".split()
+    "allOf not contentMediaType".split()
 )
 DOCUMENTS = build.documents("1.2.3")
 SCHEMA_OF = {
@@ -116,7 +116,7 @@ class Files(unittest.TestCase):
     def test_inputs_are_closed(self):
         for name in build.PROCESSES:
             for place, schema in subschemas(build.inline(build.request_schema(name))):
-                if schema.get("type") == "object":
+                if place.startswith("/inputs") and schema.get("type") == "object":
                     with self.subTest(name + place):
                         self.assertTrue(is_closed(schema))
 

@@ -18,7 +18,7 @@ def uniform(seed: int, count: int) -> numpy.ndarray:
     """`count` numbers in [0, 1), number m being a function of seed and m alone."""
     with numpy.errstate(over="ignore"):
         places = numpy.arange(1, count + 1, dtype=numpy.uint64) * GOLDEN
-        mixed = splitmix64(numpy.uint64(seed) * GOLDEN + places)
+        mixed = splitmix64(numpy.uint64(seed) + places)
     return (mixed >> numpy.uint64(11)) * 2.0**-53
 
 

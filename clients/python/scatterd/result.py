@@ -8,14 +8,19 @@ from .wire import to_numpy
 
 
 class Record(dict):
-    """An object of a result: record["l2"] and record.l2 are the same."""
+    """An object of a result: record["l2"] and record.l2 are the same.
+
+    A member wins over a method of the same name: `values` of the process echo is its output.
+    """
+
+    def __getattribute__(self, name: str) -> Any:
+        if not name.startswith("_") and name in self:
+            return self[name]
+        return super().__getattribute__(name)
 
     def __getattr__(self, name: str) -> Any:
-        try:
-            return self[name]
-        except KeyError:
-            known = ", ".join(self) or "nothing"
-            raise AttributeError(f"there is no {name!r} here, only {known}") from None
+        known = ", ".join(self) or "nothing"
+        raise AttributeError(f"there is no {name!r} here, only {known}")
 
     def __dir__(self) -> list[str]:
         return [*super().__dir__(), *self]
