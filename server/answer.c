@@ -116,9 +116,9 @@ static const doc *decode(const ask *a, const void *body, size_t size, task *t, r
   stopwatch_lap(&t->watch, LAP_DECODE);
   if (root) return root;
   problem p;
-  problem_begin(&p, error.too_large ? 413 : 400,
-                "the body is not a valid %s document: %s, at byte %lld",
-                a->content == MEDIA_CBOR ? "CBOR" : "JSON", error.text, (long long)error.offset);
+  const char *form = a->content == MEDIA_CBOR ? "CBOR" : "JSON";
+  problem_begin(&p, error.too_large ? 413 : 400, "the body is %s %s: %s",
+                error.too_large ? "too large for the limits of" : "not valid", form, error.text);
   problem_add(&p, error.pointer, "%s", error.text);
   reply_problem(r, &p);
   return NULL;
@@ -156,6 +156,7 @@ static bool pack(const ask *a, const emit *e, reply *r) {
 static bool reply_result(const ask *a, task *t, const process *p, const execute *x,
                          const void *state, reply *r) {
   bool done = false;
+  if (sct_work_report(&t->work, "encode", 0, &t->error)) return false;
   emit *e = emit_new(a->accept == MEDIA_CBOR ? EMIT_CBOR : EMIT_JSON);
   if (e) {
     write_result(e, t, p, x, state);

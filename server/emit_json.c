@@ -41,20 +41,23 @@ static void json_integer(emit *e, int64_t value) {
 }
 
 /* "[a,b,c]" in pieces, so that the room asked for stays near what is used. */
-#define JSON_ROW(name, type, print)                                       \
-  static void name(emit *e, const type *data, int64_t n) {                \
-    enum { PIECE = 512 };                                                 \
-    emit_raw(e, "[", 1);                                                  \
-    for (int64_t k = 0; k < n;) {                                         \
-      char *to = emit_room(e, (size_t)PIECE * (NUMBER_TEXT_MAX + 1));     \
-      if (to == NULL) return;                                             \
-      for (int64_t stop = n - k < PIECE ? n : k + PIECE; k < stop; k++) { \
-        if (k > 0) *to++ = ',';                                           \
-        to = print(to, data[k]);                                          \
-      }                                                                   \
-      emit_used(e, to);                                                   \
-    }                                                                     \
-    emit_raw(e, "]", 1);                                                  \
+#define JSON_ROW(name, type, print)                                            \
+  static void name(emit *e, const type *data, int64_t n) {                     \
+    enum { PIECE = 512 };                                                      \
+    int64_t k = 0;                                                             \
+    do {                                                                       \
+      int64_t stop = n - k < PIECE ? n : k + PIECE;                            \
+      char *to = emit_room(e, (size_t)(stop - k + 1) * (NUMBER_TEXT_MAX + 1)); \
+      if (to == NULL) return;                                                  \
+      if (k == 0) *to++ = '[';                                                 \
+      for (; k < stop; k++) {                                                  \
+        to = print(to, data[k]);                                               \
+        *to++ = ',';                                                           \
+      }                                                                        \
+      if (k == n && n > 0) to--;                                               \
+      if (k == n) *to++ = ']';                                                 \
+      emit_used(e, to);                                                        \
+    } while (k < n);                                                           \
   }
 
 /* An array is a row, or arrays of one dimension less within brackets. */

@@ -137,7 +137,8 @@ static language *language_new(const doc *parameters, int threads) {
   l->parser = mupCreate(muBASETYPE_FLOAT);
   l->parameters = parameters;
   l->loaded = NULL;
-  memset(l->column, 0, sizeof l->column);
+  for (int k = 0; k < VARIABLES; k++)
+    l->column[k][0] = 0; /* the rest is written before it is read */
 #ifdef _OPENMP
   omp_set_num_threads(threads); /* muParser shares a bulk evaluation among them */
 #else
@@ -260,6 +261,9 @@ static bool words_are_known(const language *l, const char *text, int dim, expres
       while (is_name_char(*c)) c++;
       snprintf(name, sizeof name, "%.*s", (int)(c - word < 63 ? c - word : 63), word);
       if (!name_is_known(l, name, dim, word - text + 1, e, error)) return false;
+      if (is_function(name) && c[strspn(c, " \t\r\n")] != '(') {
+        return fail(error, word - text + 1, "function without arguments, needs %s(...)", name);
+      }
     } else if (!character_is_known(text, c++, error)) {
       return false;
     }

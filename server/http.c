@@ -30,8 +30,9 @@ struct connection {
   state state;
   double since;  /* when it became idle */
   double heard;  /* when the body's last bytes came */
-  bool used;     /* it has carried a request */
-  bool refused;  /* before all of the body was read */
+  bool used;      /* it has carried a request */
+  bool clean;     /* nothing unread can be left of its last request */
+  bool refused;   /* its request is, before all of the body was read */
   bool vanished; /* the client went while its reply was pending */
   exchange *x;   /* not IDLE */
   loop_source hangup;
@@ -207,6 +208,7 @@ static void *on_target(void *self, const char *target, struct MHD_Connection *mh
   connection *c = MHD_get_connection_info(mhd, MHD_CONNECTION_INFO_SOCKET_CONTEXT)->socket_context;
   if (c != NULL) c->x = exchange_new(target);
   if (c == NULL || c->x == NULL) return NULL;
+  c->clean = false;
   c->x->connection = c;
   c->x->began = loop_now();
   c->state = HEADER;
@@ -315,6 +317,7 @@ static void on_completed(void *self, struct MHD_Connection *mhd, void **context,
   *context = NULL;
   c->state = IDLE;
   c->used = true;
+  c->clean = code == MHD_REQUEST_TERMINATED_COMPLETED_OK && !c->refused;
   c->since = loop_now();
 }
 
@@ -334,7 +337,7 @@ static void open_connection(http *h, struct MHD_Connection *mhd, void **context)
 
 static void close_connection(connection *c) {
   http *h = c->http;
-  if (c->refused && h->drain != NULL) drain_add(h->drain, c->fd);
+  if (!c->clean && h->drain != NULL) drain_add(h->drain, c->fd);
   if (c->next != NULL) c->next->previous = c->previous;
   *(c->previous != NULL ? &c->previous->next : &h->connections) = c->next;
   free(c);

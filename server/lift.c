@@ -17,7 +17,7 @@ bool lift_start(lift *l, const doc_limits *limits, const lift_sink *sink, void *
   if (l->limits.depth < 0) l->limits.depth = 0;
   l->frames = calloc((size_t)l->limits.depth + 1, sizeof *l->frames);
   if (l->frames == NULL) return lift_no_memory(l);
-  l->frames[0] = (lift_frame){.kind = DOC_LIST, .state = LIFT_GIVEN};
+  l->frames[0] = (lift_frame){.kind = DOC_NULL, .state = LIFT_GIVEN};
   return true;
 }
 

@@ -53,7 +53,7 @@ typedef struct {
   const lift_sink *sink;
   void *context; /* of the sink */
   doc_error *error;
-  lift_frame *frames; /* 0: the whole body, then the open containers */
+  lift_frame *frames; /* 0: the whole body (DOC_NULL), then the open containers */
   int depth;          /* containers open */
   int given;          /* frames [0, given) are open in the sink */
   int64_t nodes;

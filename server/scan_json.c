@@ -209,15 +209,31 @@ static bool not_finite(scan *s) {
   return wrong(s, true, "a value");
 }
 
-static bool number(scan *s) {
-  double value;
-  const char *behind = number_parse(s->at, s->end, &value);
-  if (behind != NULL) {
-    s->at = behind;
-    return lift_number(&s->lift, value);
-  }
+static bool minus_infinity(scan *s) {
   if (word(s, "-Infinity")) return lift_number(&s->lift, -HUGE_VAL);
   return lift_fail(&s->lift, true, "got a number that is not as JSON writes it");
+}
+
+/* Within an array: moves to the number behind the next comma, if that is what comes. */
+static bool another_number(scan *s) {
+  const char *p = s->at;
+  if (p == s->end || *p != ',' || lift_top(&s->lift)->kind != DOC_LIST) return false;
+  for (p++; p < s->end && is_space(*p); p++) continue;
+  if (p == s->end || !(*p == '-' || (*p >= '0' && *p <= '9'))) return false;
+  s->at = p;
+  return true;
+}
+
+/* One number, and all that follow it in an array: the same as one by one, but faster. */
+static bool numbers(scan *s) {
+  do {
+    double value;
+    const char *behind = number_parse(s->at, s->end, &value);
+    if (behind == NULL) return minus_infinity(s);
+    s->at = behind;
+    if (!lift_number(&s->lift, value)) return false;
+  } while (another_number(s));
+  return true;
 }
 
 static bool open_object(scan *s) {
@@ -237,9 +253,9 @@ typedef bool reader(scan *s);
 /* By the first byte. */
 static reader *const readers[256] = {
     ['{'] = open_object, ['['] = open_array, ['"'] = text,       ['t'] = literal, ['f'] = literal,
-    ['n'] = literal,     ['N'] = not_finite, ['I'] = not_finite, ['-'] = number,  ['0'] = number,
-    ['1'] = number,      ['2'] = number,     ['3'] = number,     ['4'] = number,  ['5'] = number,
-    ['6'] = number,      ['7'] = number,     ['8'] = number,     ['9'] = number,
+    ['n'] = literal,     ['N'] = not_finite, ['I'] = not_finite, ['-'] = numbers, ['0'] = numbers,
+    ['1'] = numbers,     ['2'] = numbers,    ['3'] = numbers,    ['4'] = numbers, ['5'] = numbers,
+    ['6'] = numbers,     ['7'] = numbers,    ['8'] = numbers,    ['9'] = numbers,
 };
 
 /* Reads a value, or only opens it if it is a container. */

@@ -99,6 +99,17 @@ static const struct {
              {"memory", do_memory},   {"hog", do_hog},     {"big", do_big},
              {"problem", do_problem}, {"phase", do_phase}, {"nothing", do_nothing}};
 
+/* With SCATTERD_STUB_DIES in the environment a worker dies before it can serve. */
+__attribute__((constructor)) static void die(void) {
+  char name[16] = "";
+  if (getenv("SCATTERD_STUB_DIES") == NULL) return;
+  FILE *line = fopen("/proc/self/cmdline", "re");
+  if (line == NULL) return;
+  const size_t size = fread(name, 1, sizeof name, line);
+  fclose(line);
+  if (size == sizeof name && memcmp(name, "scatterd\0worker", sizeof name) == 0) _exit(3);
+}
+
 void answer(const ask *a, reply *r) {
   char text[256];
   const size_t length = a->size < sizeof text - 1 ? a->size : sizeof text - 1;

@@ -8,6 +8,7 @@
 
 #include <cmocka.h>
 
+#include "emit.h"
 #include "inflate.h"
 
 limits asking_limits(void) {
@@ -74,6 +75,31 @@ double number_at(const doc *root, const char *pointer) {
   const doc *d = at_pointer(root, pointer);
   if (!d || d->kind != DOC_NUMBER) fail_msg("there is no number at %s", pointer);
   return d->number;
+}
+
+const double *numbers_at(const doc *root, const char *pointer, int64_t count) {
+  const doc *d = at_pointer(root, pointer);
+  if (!d || d->kind != DOC_NUMBERS || d->count != count) {
+    fail_msg("there are no %lld numbers at %s", (long long)count, pointer);
+  }
+  return d->data;
+}
+
+void *cbor_of(const char *json, size_t *size) {
+  const doc_limits most = {64, 1 << 20, 1 << 24};
+  doc_arena *arena;
+  doc_error error;
+  const doc *root = doc_from_json(json, strlen(json), &most, &arena, &error);
+  assert_non_null(root);
+  emit *e = emit_new(EMIT_CBOR);
+  emit_doc(e, root);
+  assert_true(emit_ok(e));
+  const void *bytes = emit_bytes(e, size);
+  void *copy = malloc(*size);
+  memcpy(copy, bytes, *size);
+  emit_free(&e);
+  doc_arena_free(&arena);
+  return copy;
 }
 
 const char *culprits_of(const asked *a, char *room, size_t size) {

@@ -22,11 +22,17 @@ asked ask_json(const char *process, const char *body);
 asked ask_all(const ask *question);
 void asked_clear(asked *a);
 
+/* The same request in CBOR; malloc'ed. */
+void *cbor_of(const char *json, size_t *size);
+
 /* Value at a JSON pointer, through number arrays only to the array itself. */
 const doc *at_pointer(const doc *root, const char *pointer);
 
 /* Number there; fails the test if there is none. */
 double number_at(const doc *root, const char *pointer);
+
+/* Array of numbers there, `count` of them in all; fails the test if it is not. */
+const double *numbers_at(const doc *root, const char *pointer, int64_t count);
 
 /* The pointers of a problem's errors, in their order with a space between. */
 const char *culprits_of(const asked *a, char *room, size_t size);
