@@ -17,6 +17,13 @@ from daemon import Daemon  # noqa: E402
 from scatterd import wire  # noqa: E402
 
 JSON, CBOR, PROBLEM = "application/json", "application/cbor", "application/problem+json"
+# Examples whose solution is a polynomial that the operator is exact for, or nodally exact.
+EXACT = (
+    "all-fields boundary-value-by-point-of-the-cloud later-entry-wins neumann-normal-by-point "
+    "neumann-on-listed-lattice-points neumann-own-normal no-boundary-but-reaction one-dimension "
+    "operator-every-member posted posted-groups-normals posted-line posted-line-flat robin "
+    "scheme-ips scheme-ipsn scheme-lsmps scheme-mps scheme-ps three-dimensions time-dependent-data"
+).split()
 
 
 def setUpModule():
@@ -112,6 +119,13 @@ class Examples(unittest.TestCase):
                     continue
                 self.assertEqual(complaints(build.result_schema(process), result), [])
                 self.assertEqual(set(wanted_outputs(process, request)) - set(result), set())
+
+    def test_solutions_that_the_operators_hold_exactly_are_exact(self):
+        for case in EXACT:
+            with self.subTest(case):
+                path = ROOT / f"schemas/examples/solve.ok-{case}.json"
+                result = post("solve", path.read_text(encoding="utf-8"))[2]
+                self.assertLess(result["norms"]["value"]["linf_all"], 1e-11)
 
     def test_raw_gives_the_bare_value(self):
         request = {"inputs": {"message": "bare"}, "outputs": {"message": {}}, "response": "raw"}
