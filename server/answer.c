@@ -71,6 +71,7 @@ static void reply_failure(reply *r, task *t) {
   } else {
     problem_begin(&p, status_of(error->code), "%s: %s", sct_status_text(error->code), message);
   }
+  if (t->blame) problem_add(&p, t->blame, "%s", error->text);
   if (t->cloud) add_points(&p, t->cloud, error);
   if (p.count == 0 && p.status == 400) problem_add(&p, "/inputs", "%s", message);
   reply_problem(r, &p);
@@ -179,7 +180,7 @@ static void perform(const ask *a, const process *p, const doc *root, task *t, re
     return;
   }
   execute_read(t, p, &body, a->accept, &x);
-  bool has_inputs = root->kind == DOC_OBJECT && (!x.inputs.doc || x.inputs.doc->kind == DOC_OBJECT);
+  bool has_inputs = x.inputs.doc && x.inputs.doc->kind == DOC_OBJECT;
   if (has_inputs) p->read(t, &x.inputs, state);
   stopwatch_lap(&t->watch, LAP_DECODE);
   sct_status status = task_is_well(t) ? p->run(t, x.wanted, state) : t->error.code;

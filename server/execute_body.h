@@ -1,4 +1,5 @@
-/* execute_body.h - the body of an execute request around its inputs: which outputs, in which form. */
+/* execute_body.h - the body of an execute request around its inputs: which outputs, in which form.
+ */
 #ifndef SCATTERD_EXECUTE_BODY_H
 #define SCATTERD_EXECUTE_BODY_H
 

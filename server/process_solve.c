@@ -169,6 +169,7 @@ static sct_status solve_in_time(task *t, solve *s) {
   sct_status status =
       sct_march(&s->system, &s->in.march, &in_time, &t->work, s->phi, &s->march, &t->error);
   s->solve = s->march.solve;
+  if (status == SCT_E_UNSTABLE || status == SCT_E_LIMIT) t->blame = s->in.step_pointer;
   stopwatch_lap(&t->watch, LAP_SOLVE);
   if (!status && !field_advance(t, &s->in.exact, s->in.march.end)) status = SCT_E_NOT_FINITE;
   return status;

@@ -31,13 +31,15 @@ static bool is_among(const char *name, const char *const *names) {
   return false;
 }
 
-/* {"value": ...} as OGC API - Processes qualifies it, and nothing else in it. */
+static const char *const qualified_members[] = {"value", "mediaType", "encoding", "schema", NULL};
+
+/* {"value": ...} as OGC API - Processes qualifies it: an object in it, or nothing unknown beside.
+ */
 static const doc *qualified_value(const doc *d) {
-  static const char *const members[] = {"value", "mediaType", "encoding", "schema", NULL};
   const doc *value = doc_member(d, "value");
-  if (!value) return NULL;
+  if (!value || value->kind == DOC_OBJECT) return value;
   for (const doc *m = d->child; m; m = m->next) {
-    if (!is_among(m->key, members)) return NULL;
+    if (!is_among(m->key, qualified_members)) return NULL;
   }
   return value;
 }
@@ -221,6 +223,10 @@ static bool is_in_range(double value, const range *r) {
   bool low = r->above ? value > r->low : value >= r->low;
   bool high = r->below ? value < r->high : value <= r->high;
   return low && high; /* false for NaN */
+}
+
+bool read_qualified(task *t, const item *it) {
+  return !it->doc || !qualified_value(it->doc) || read_object(t, it, qualified_members);
 }
 
 bool read_number(task *t, const item *it, const range *r, double *value) {

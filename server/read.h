@@ -31,6 +31,9 @@ item item_input(const item *inputs, const char *key);
 /* The same for an item at hand: steps into {"value": {...}} of an object. */
 void item_unwrap(item *it);
 
+/* Complains of members beside the value of an input that none of the above knows. */
+bool read_qualified(task *t, const item *it);
+
 /* A complaint about the value at `at`: "subject, got, needed". */
 void complain(task *t, const item *at, const char *format, ...) SCT_PRINTF(3, 4);
 

@@ -39,11 +39,18 @@ static void read_boundary(task *t, const item *in, const cloud_input *c, double 
   complain(t, &boundary, "gives every point a value, needs at least one point to solve for");
 }
 
+/* The input that sets the time step, for messages. */
+static void find_step(const item *time, solve_input *s) {
+  item step = item_member(time, "step"), number = item_member(time, "diffusion_number");
+  item_pointer(step.doc ? &step : number.doc ? &number : time, s->step_pointer);
+}
+
 static void read_time(task *t, const item *in, solve_input *s) {
   item time = item_input(in, "time"), solver = item_input(in, "solver");
   item initial = item_input(in, "initial");
   s->is_transient = time.doc != NULL;
   time_input_read(t, &time, &s->march);
+  find_step(&time, s);
   solver_input_read(t, &solver, &s->march.solve);
   if (s->is_transient && !initial.doc) {
     complain(t, &initial, "is missing and required: with time the problem starts from it");

@@ -16,7 +16,8 @@ typedef struct {
   field exact;                                   /* at the end; value NULL: not given */
   boundary_input boundary;
   bool is_transient;
-  sct_march_options march; /* march.solve: how to solve, steady too */
+  sct_march_options march;            /* march.solve: how to solve, steady too */
+  char step_pointer[PROBLEM_POINTER]; /* to what sets the time step */
 } solve_input;
 
 extern const char *const solve_inputs[]; /* names, NULL at the end */

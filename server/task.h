@@ -25,6 +25,8 @@ typedef struct {
 
   const struct cloud_input *cloud; /* whose places t->error speaks of; NULL: none so far */
 
+  const char *blame; /* JSON pointer to the input that a failure is the fault of, or NULL */
+
   problem complaints; /* about the body, with the places of the first PROBLEM_ERRORS_MAX */
   sct_error error;    /* of the library call that failed, points by place */
 } task;

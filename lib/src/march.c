@@ -137,10 +137,11 @@ static sct_status check_stable(marcher *m, sct_error *err) {
   const double stable = sct_march_stable_step(*m->system, &point);
   m->report->stable_step = fmin(m->report->stable_step, stable);
   if (m->dt <= stable * (1 + 1e-9)) return SCT_OK;
-  return sct_fail(err, SCT_E_UNSTABLE, point,
-                  "forward Euler step is %.6g, point %" PRId64
-                  " needs at most %.6g at t = %.9g; take a smaller step or an implicit scheme",
-                  m->dt, point, stable, m->t);
+  return sct_fail(
+      err, SCT_E_UNSTABLE, point,
+      "gets forward Euler steps of %.6g, needs at most %.6g at t = %.9g; take a smaller "
+      "step or an implicit scheme",
+      m->dt, stable, m->t);
 }
 
 /* Brings system and Dirichlet values to time t, and what is known about them. */

@@ -53,7 +53,7 @@ sct_status sct_march_growth_matrix(sct_march_growth *g, const sct_system *system
     sum_row(system, i, &sum, &size);
     if (!isfinite(size)) {
       return sct_fail(err, SCT_E_NOT_FINITE, system->point_of[i],
-                      "matrix row of point %d is not finite", system->point_of[i]);
+                      "has a matrix row that is not finite");
     }
     if (!system->is_equation[i]) continue;
     const double carry = size_of_conditions(g, system->matrix, i);
@@ -70,7 +70,7 @@ sct_status sct_march_growth_load(sct_march_growth *g, const sct_system *system, 
     const double size = fabs(system->load[i]);
     if (!isfinite(size)) {
       return sct_fail(err, SCT_E_NOT_FINITE, system->point_of[i],
-                      "source or boundary value of point %d is not finite", system->point_of[i]);
+                      "has a source or boundary value that is not finite");
     }
     if (system->is_equation[i]) {
       source = fmax(source, size);
@@ -92,8 +92,7 @@ sct_status sct_march_growth_new(const sct_system *system, const double *phi, sct
   for (int64_t p = 0; status == SCT_OK && p < system->n; p++) {
     g->bound = fmax(g->bound, fabs(phi[p]));
     if (!isfinite(phi[p])) {
-      status = sct_fail(err, SCT_E_NOT_FINITE, p, "initial value of point %lld is not finite",
-                        (long long)p);
+      status = sct_fail(err, SCT_E_NOT_FINITE, p, "has an initial value that is not finite");
     }
   }
   if (status != SCT_OK) sct_march_growth_free(g);
@@ -133,7 +132,7 @@ sct_status sct_march_growth_check(sct_march_growth *g, const sct_system *system,
   g->earlier = g->source;
   if (got <= fmin(SCT_GROWTH_LIMIT * g->bound, SCT_GROWTH_END)) return SCT_OK;
   return sct_fail(err, SCT_E_UNSTABLE, at,
-                  "|phi| is %.3g at point %lld at t = %.9g with step %.6g, where initial values, "
+                  "has |phi| = %.3g at t = %.9g with step %.6g, where initial values, "
                   "sources and boundary values account for %.3g: the step is not stable",
-                  got, (long long)at, t, dt, g->bound);
+                  got, t, dt, g->bound);
 }

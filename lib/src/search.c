@@ -185,8 +185,7 @@ static bool list_slice(void *context, int64_t first, int64_t last, int t) {
     search->kind->collect(search, &query, hits);
     if (mine->status == SCT_OK && hits->n > hits->most) {
       mine->status = sct_fail(&mine->err, SCT_E_LIMIT, i,
-                              "point %" PRId32 " has more than %" PRId64 " neighbours within %g", i,
-                              l->limit, radius);
+                              "has more than %" PRId64 " neighbours within %g", l->limit, radius);
     }
     if (mine->status == SCT_OK && hits->n > entries_most) {
       mine->status = sct_fail(&mine->err, SCT_E_LIMIT, i, "there are more than 2^40 neighbours");
@@ -239,8 +238,7 @@ static sct_status check_radii(const sct_search *search, double radius, const dou
   }
   for (int64_t i = 0; i < search->n; i++) {
     if (radii[i] >= 0) continue;
-    return sct_fail(err, SCT_E_ARGUMENT, i,
-                    "radius of point %" PRId64 " is %g, needs to be 0 or more", i, radii[i]);
+    return sct_fail(err, SCT_E_ARGUMENT, i, "has search radius %g, needs 0 or more", radii[i]);
   }
   return SCT_OK;
 }
@@ -357,8 +355,7 @@ static bool is_listed(const sct_error *err, int64_t i) {
 static sct_status coincident(const sct_search *search, const double *distance, int64_t i,
                              sct_error *err) {
   sct_error all;
-  sct_fail(&all, SCT_E_COINCIDENT, i, "points %" PRId64 " and %" PRId64 " are at the same place", i,
-           company(search, i, i));
+  sct_fail(&all, SCT_E_COINCIDENT, i, "is at the same place as another");
   int64_t count = 0;
   for (int64_t k = i; k < search->n; k++) {
     if (distance[k] != 0) continue;
