@@ -39,7 +39,7 @@ SCT_NODISCARD sct_status sct_cloud_order(const sct_cloud *cloud, int32_t *order,
  * coordinate k, chi uniform in [0, 1), h_k the lattice step of that coordinate; boundary points
  * stay put ([H16] section 4). chi comes from SplitMix64 (Steele, Lea and Flood 2014) as a counter
  * generator: draw number m = (running number of the interior point) * dim + k is
- * mix(seed * G + (m + 1) * G) >> 11, times 2^-53, with G = 0x9e3779b97f4a7c15 and
+ * mix(seed + (m + 1) * G) >> 11, times 2^-53, modulo 2^64, with G = 0x9e3779b97f4a7c15 and
  *   mix(z): z = (z ^ z>>30) * 0xbf58476d1ce4e5b9; z = (z ^ z>>27) * 0x94d049bb133111eb; z ^ z>>31
  * so a cloud is the same on every machine, whatever the number of threads. */
 typedef struct {
@@ -50,8 +50,9 @@ typedef struct {
   uint64_t seed;
 } sct_lattice;
 
-/* SCT_E_ARGUMENT for a dimension, box (lower < upper, finite), cell count or jitter that is not
- * one; SCT_E_LIMIT for more than SCT_POINTS_MAX points. Proof: unit.lattice */
+/* SCT_E_ARGUMENT for a dimension, box (lower < upper, finite, and so is extent * cells), cell
+ * count or jitter that is not one; SCT_E_LIMIT for more than SCT_POINTS_MAX points. Proof:
+ * unit.lattice */
 SCT_NODISCARD sct_status sct_lattice_check(const sct_lattice *lattice, sct_error *err);
 
 /* Number of points of a checked lattice. */
