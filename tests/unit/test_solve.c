@@ -317,6 +317,78 @@ static void condition_number(void **state) {
   sct_csr_free(&a);
 }
 
+/* || |A^-1| |A| e ||, row by row of the inverse. */
+static double skeel(const double *full, int n) {
+  double t[N * N], e[N], row[N], worst = 0;
+  for (int i = 0; i < n; i++) {
+    for (int j = 0; j < n; j++) t[j * n + i] = full[i * n + j];
+  }
+  for (int k = 0; k < n; k++) {
+    double sum = 0;
+    memset(e, 0, sizeof e);
+    e[k] = 1;
+    assert_true(dense_solve(t, n, e, row));
+    for (int i = 0; i < n; i++) {
+      for (int j = 0; j < n; j++) sum += fabs(row[i]) * fabs(full[i * n + j]);
+    }
+    worst = fmax(worst, sum);
+  }
+  return worst;
+}
+
+/* Of matrices with entries of both signs it is an estimate from below, mostly a close one. */
+static void condition_estimate(void **state) {
+  (void)state;
+  enum { ROUNDS = 100, SIZE = 8 };
+  uint64_t seed = seed_new("condition_estimate");
+  for (int k = 0; sct_solver_name(k) != NULL; k++) {
+    double sum = 0;
+    for (int round = 0; round < ROUNDS; round++) {
+      double full[SIZE * SIZE];
+      for (int i = 0; i < SIZE * SIZE; i++) full[i] = seed_uniform(&seed, -1, 1);
+      sct_csr *a = dense_to_csr(full, SIZE, SIZE);
+      sct_solver *solver = NULL;
+      const sct_solve_options options = {0, sct_solver_name(k), 0};
+      assert_int_equal(sct_solver_analyse(a, &options, &solver, NULL), SCT_OK);
+      assert_int_equal(sct_solver_factor(solver, a, NULL), SCT_OK);
+      const double ratio =
+          1 / (sct_solver_report(solver)->reciprocal_condition * skeel(full, SIZE));
+      assert_true(ratio > 0.05 && ratio < 1 + 1e-9);
+      sum += ratio;
+      sct_solver_free(&solver);
+      sct_csr_free(&a);
+    }
+    printf("%s: mean ratio %.3f\n", sct_solver_name(k), sum / ROUNDS);
+    assert_in_range((int)(100 * sum / ROUNDS), 70, 100);
+  }
+}
+
+/* Small diagonals lead pivoting with a preference for them astray; a step of refinement repairs. */
+static void refinement(void **state) {
+  (void)state;
+  uint64_t seed = seed_new("refinement");
+  problem p;
+  fill_dominant(&p, &seed);
+  for (int i = 0; i < N; i++) p.full[i * N + i] = 3e-3;
+  p.a = dense_to_csr(p.full, N, N);
+  for (int k = 0; sct_solver_name(k) != NULL; k++) {
+    double residual[2];
+    for (int refined = 0; refined < 2; refined++) {
+      sct_solver *solver = NULL;
+      const sct_solve_options options = {2, sct_solver_name(k), refined ? 0 : 1};
+      assert_int_equal(sct_solver_analyse(p.a, &options, &solver, NULL), SCT_OK);
+      assert_int_equal(sct_solver_factor(solver, p.a, NULL), SCT_OK);
+      assert_int_equal(sct_solver_solve(solver, p.b, false, p.x, NULL), SCT_OK);
+      residual[refined] = sct_solver_report(solver)->residual;
+      assert_int_equal(sct_solver_report(solver)->iterations, refined);
+      sct_solver_free(&solver);
+    }
+    printf("%s: residual %.1e, refined %.1e\n", sct_solver_name(k), residual[0], residual[1]);
+    assert_true(residual[1] < residual[0] && residual[1] < 1e-15);
+  }
+  sct_csr_free(&p.a);
+}
+
 static void automatic_choice(void **state) {
   (void)state;
   const struct {
@@ -360,6 +432,8 @@ int main(void) {
       cmocka_unit_test(arguments),
       cmocka_unit_test(broken_patterns),
       cmocka_unit_test(condition_number),
+      cmocka_unit_test(condition_estimate),
+      cmocka_unit_test(refinement),
       cmocka_unit_test(automatic_choice),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
