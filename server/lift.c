@@ -40,22 +40,21 @@ double *lift_take_values(lift *l) {
 
 /* ---- errors ---- */
 
-/* Appends "/token" with ~ and / escaped (RFC 6901); false, and nothing appended, if it is longer
- * than what is left. */
+/* Appends "/token" with ~ and / escaped (RFC 6901) to the text in pointer[room]; false, and nothing
+ * appended, if it does not fit. */
 static bool append_token(char *pointer, size_t room, const char *token, size_t length) {
-  size_t used = strlen(pointer), start = used;
-  pointer[used++] = '/';
-  for (size_t k = 0; k < length; k++) {
+  size_t used = strlen(pointer), start = used, spare = 3; /* an escape of two, and the end */
+  bool fits = used + spare <= room;
+  if (fits) pointer[used++] = '/';
+  for (size_t k = 0; k < length && fits; k++) {
     bool escape = token[k] == '~' || token[k] == '/';
-    if (used + 3 > room) {
-      pointer[start] = '\0';
-      return false;
-    }
+    fits = used + spare <= room;
+    if (!fits) break;
     if (escape) pointer[used++] = '~';
     pointer[used++] = !escape ? token[k] : token[k] == '~' ? '0' : '1';
   }
-  pointer[used] = '\0';
-  return true;
+  pointer[fits ? used : start] = '\0';
+  return fits;
 }
 
 static bool append_frame(char *pointer, size_t room, const lift_frame *frame) {
@@ -73,7 +72,7 @@ static void point(lift *l, bool inside) {
   int last = inside ? l->depth : l->depth - 1;
   pointer[0] = '\0';
   for (int k = 1; k <= last; k++) {
-    if (!append_frame(pointer, sizeof l->error->pointer - 1, &l->frames[k])) return;
+    if (!append_frame(pointer, sizeof l->error->pointer, &l->frames[k])) return;
   }
 }
 
@@ -309,14 +308,15 @@ static int compare_entries(const void *a, const void *b) {
 
 /* Sorting finds a key that stands twice in O(n log n); of several the first in the body counts. */
 static bool check_keys(lift *l, lift_frame *f) {
-  lift_key_entry *keys = l->keys + f->first_key, *twice = NULL;
   size_t n = l->key_count - f->first_key;
-  if (n > 1) qsort(keys, n, sizeof *keys, compare_entries);
+  l->key_count = f->first_key;
+  if (n < 2) return true;
+  lift_key_entry *keys = l->keys + f->first_key, *twice = NULL;
+  qsort(keys, n, sizeof *keys, compare_entries);
   for (size_t k = 1; k < n; k++) {
     bool same = compare_keys(&keys[k - 1], &keys[k]) == 0;
     if (same && (twice == NULL || keys[k].offset < twice->offset)) twice = &keys[k];
   }
-  l->key_count = f->first_key;
   if (twice == NULL) return true;
   f->key = twice->key;
   f->key_length = twice->length;

@@ -17,19 +17,24 @@ typedef struct {
   const sct_march_problem *problem;
   const sct_work *work;
   sct_march_report *report;
-  double *phi;     /* [n] at time t */
-  double *y;       /* [unknowns] the unknowns of phi */
-  double *before;  /* [unknowns] one step earlier */
-  double *rhs;     /* [unknowns] of (1) in march_scheme.h */
-  double *load;    /* [unknowns] b */
-  double t;        /* time reached */
-  double dt;       /* longest step allowed */
-  double last;     /* last step taken, 0: none */
-  double factored; /* shift of the factored matrix, NaN: none */
-  double steps;    /* planned */
+  double *phi;             /* [n] at time t */
+  double *y;               /* [unknowns] the unknowns of phi */
+  double *before;          /* [unknowns] one step earlier */
+  double *rhs;             /* [unknowns] of (1) in march_scheme.h */
+  double *load;            /* [unknowns] b */
+  double t;                /* time reached */
+  double dt;               /* longest step allowed */
+  double last;             /* last step taken, 0: none */
+  sct_solve_options solve; /* of the options, refinement off below 1e-14 */
+  double factored;         /* shift of the factored matrix, NaN: none */
+  double steps;            /* planned */
   sct_march_matrix *matrix;
   sct_march_growth growth;
 } marcher;
+
+/* Backward error of a step's solve: some roundings more than the best, for half the price; steps do
+ * not add them up, the schemes damp. */
+static const double step_tolerance = 1e-14;
 
 double sct_march_stable_step(const sct_system *system, int64_t *point) {
   const sct_csr *const parts[] = {system->matrix, system->coupling};
@@ -190,8 +195,7 @@ static void new_part(marcher *m, sct_march_weights w, double dt) {
 
 static sct_status factor(marcher *m, double shift, sct_error *err) {
   if (m->factored == shift) return SCT_OK;
-  sct_status status =
-      sct_march_matrix_factor(m->matrix, *m->system, shift, &m->options->solve, err);
+  sct_status status = sct_march_matrix_factor(m->matrix, *m->system, shift, &m->solve, err);
   m->factored = status == SCT_OK ? shift : NAN;
   return status;
 }
@@ -280,7 +284,7 @@ static sct_status allocate(marcher *m, sct_error *err) {
 static sct_status settle(marcher *m, sct_march_matrix *conditions, sct_error *err) {
   memcpy(m->rhs, m->y, (size_t)(*m->system)->unknowns * sizeof *m->rhs);
   new_part(m, (sct_march_weights){0}, 0);
-  sct_status status = sct_march_matrix_factor(conditions, *m->system, 0, &m->options->solve, err);
+  sct_status status = sct_march_matrix_factor(conditions, *m->system, 0, &m->solve, err);
   if (status == SCT_E_SINGULAR && !is_explicit(m)) return SCT_OK; /* solved with the others only */
   if (status == SCT_E_SINGULAR) {
     return sct_fail(err, status, -1,
@@ -308,6 +312,8 @@ static sct_status settle_for_rate(marcher *m, sct_error *err) {
 static sct_status begin(marcher *m, sct_error *err) {
   m->t = m->options->start;
   m->factored = NAN;
+  m->solve = m->options->solve;
+  m->solve.tolerance = fmax(m->solve.tolerance, step_tolerance);
   sct_status status = advance(m, m->t, err);
   if (status == SCT_OK) status = allocate(m, err);
   if (status == SCT_OK) status = sct_march_growth_new(*m->system, m->phi, &m->growth, err);

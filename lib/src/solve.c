@@ -1,9 +1,10 @@
 /* The front of the table of solvers: checks, scales rows, refines, estimates; the packages only
  * factor and substitute.
  *
- * Rows are scaled by powers of two, without rounding, before a package sees them. Condition rows
- * and equation rows differ by a factor h or more, and packages scale the other way round: what they
- * take for rows are our columns. */
+ * Rows are scaled by powers of two, without rounding, before a package sees them: condition rows
+ * and equation rows differ by a factor h or more, and not every package scales. The packages get
+ * columns (their substitutions with A are up to a third faster than with the transpose), so a copy
+ * is made, and remembers for each entry where its value comes from. */
 #include "scatter/solve.h"
 
 #include <float.h>
@@ -20,14 +21,17 @@ struct sct_solver {
   const sct_solve_kind *kind;
   void *state;             /* of kind */
   sct_solve_matrix scaled; /* D A */
+  int *from;               /* [entries] entry of A behind an entry of D A */
   double *scale;           /* [n] D, powers of two */
+  double tolerance;        /* backward error that needs no refinement */
   double *work;            /* [4][n] scaled right-hand side, residual, its scale, second iterate */
   const sct_csr *a;        /* the factored matrix, borrowed; NULL: none */
   sct_solve_report report;
 };
 
-/* Below, the matrix is taken for singular: singular ones come out at 1e-17 to 1e-15 by rounding. */
-static const double least_reciprocal_condition = 1e-16;
+/* Below, the matrix is taken for singular: no digit of the solution would be sure. Laplacians with
+ * fluxes all around (1-D to 3-D, 11 to 1e5 points) come out at 1e-20 to 1.6e-16 by rounding. */
+static const double least_reciprocal_condition = 1e-15;
 
 static const sct_solve_kind *const kinds[] = {&sct_solve_umfpack, &sct_solve_klu};
 enum { KINDS = sizeof kinds / sizeof *kinds };
@@ -36,8 +40,10 @@ const char *sct_solver_name(int k) {
   return k >= 0 && k < KINDS ? kinds[k]->name : NULL;
 }
 
+/* Where KLU and UMFPACK cross over (tests/bench/bench_solve.md). */
 static const sct_solve_kind *automatic(int64_t rows, int dim) {
-  return rows < 600 || dim == 1 ? &sct_solve_klu : &sct_solve_umfpack;
+  const int64_t small = dim == 3 ? 400 : 1000;
+  return rows < small || dim == 1 ? &sct_solve_klu : &sct_solve_umfpack;
 }
 
 static sct_status choose(const char *method, int64_t rows, int dim, const sct_solve_kind **kind,
@@ -93,31 +99,47 @@ static sct_status check_pattern(const sct_csr *a, sct_error *err) {
   return SCT_OK;
 }
 
-static sct_status copy_pattern(const sct_csr *a, sct_solve_matrix *m, sct_error *err) {
-  const int64_t entries = sct_csr_entries(a);
-  m->n = (int)a->rows;
-  sct_status status = sct_alloc(&m->start, a->rows + 1, sizeof *m->start, err);
-  if (status != SCT_OK) return status;
-  status = sct_alloc(&m->column, entries, sizeof *m->column, err);
-  if (status != SCT_OK) return status;
-  status = sct_alloc(&m->value, entries, sizeof *m->value, err);
-  if (status != SCT_OK) return status;
-  for (int i = 0; i <= m->n; i++) m->start[i] = (int)a->start[i];
-  memcpy(m->column, a->column, (size_t)entries * sizeof *m->column);
-  return SCT_OK;
+/* The pattern of A by columns: entries of column j go to start[j] and on, rows ascending. */
+static void transpose_pattern(const sct_csr *a, sct_solve_matrix *m, int *from) {
+  const int entries = (int)sct_csr_entries(a);
+  memset(m->start, 0, (size_t)(m->n + 1) * sizeof *m->start);
+  for (int k = 0; k < entries; k++) m->start[a->column[k] + 1]++;
+  for (int j = 0; j < m->n; j++) m->start[j + 1] += m->start[j];
+  for (int i = 0; i < m->n; i++) {
+    for (int k = (int)a->start[i]; k < a->start[i + 1]; k++) {
+      const int p = m->start[a->column[k]]++; /* start[j] runs to the end of column j ... */
+      m->row[p] = i;
+      m->value[p] = 1;
+      from[p] = k;
+    }
+  }
+  memmove(m->start + 1, m->start, (size_t)m->n * sizeof *m->start); /* ... the start of j + 1 */
+  m->start[0] = 0;
 }
 
-static bool same_pattern(const sct_csr *a, const sct_solve_matrix *m) {
-  if (a->rows != m->n || a->columns != m->n) return false;
-  for (int i = 0; i <= m->n; i++) {
-    if (a->start[i] != m->start[i]) return false;
+static sct_status copy_pattern(const sct_csr *a, sct_solver *s, sct_error *err) {
+  const int64_t entries = sct_csr_entries(a);
+  s->scaled.n = (int)a->rows;
+  const struct {
+    void *array;
+    int64_t n;
+    size_t size;
+  } arrays[] = {
+      {&s->scaled.start, a->rows + 1, sizeof(int)}, {&s->scaled.row, entries, sizeof(int)},
+      {&s->scaled.value, entries, sizeof(double)},  {&s->from, entries, sizeof(int)},
+      {&s->scale, a->rows, sizeof(double)},         {&s->work, 4 * a->rows, sizeof(double)},
+  };
+  for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++) {
+    sct_status status = sct_alloc(arrays[k].array, arrays[k].n, arrays[k].size, err);
+    if (status != SCT_OK) return status;
   }
-  return memcmp(a->column, m->column, (size_t)m->start[m->n] * sizeof *m->column) == 0;
+  transpose_pattern(a, &s->scaled, s->from);
+  return SCT_OK;
 }
 
 sct_status sct_solver_analyse(const sct_csr *a, const sct_solve_options *options,
                               sct_solver **solver, sct_error *err) {
-  static const sct_solve_options defaults = {0, "auto"};
+  static const sct_solve_options defaults = {0, "auto", 0};
   if (options == NULL) options = &defaults;
   const double begin = now();
   sct_solver *s = NULL;
@@ -130,13 +152,10 @@ sct_status sct_solver_analyse(const sct_csr *a, const sct_solve_options *options
   if (status != SCT_OK) goto done;
   status = sct_alloc_zero(&s, 1, sizeof *s, err);
   if (status != SCT_OK) goto done;
-  status = copy_pattern(a, &s->scaled, err);
-  if (status != SCT_OK) goto done;
-  status = sct_alloc(&s->scale, a->rows, sizeof *s->scale, err);
-  if (status != SCT_OK) goto done;
-  status = sct_alloc(&s->work, 4 * a->rows, sizeof *s->work, err);
+  status = copy_pattern(a, s, err);
   if (status != SCT_OK) goto done;
   s->kind = kind;
+  s->tolerance = fmax(options->tolerance, DBL_EPSILON);
   s->report.method = kind->name;
   s->report.rows = a->rows;
   s->report.nonzeros = sct_csr_entries(a);
@@ -153,8 +172,9 @@ void sct_solver_free(sct_solver **solver) {
   if (s == NULL) return;
   if (s->state != NULL) s->kind->free(s->state);
   sct_release(&s->scaled.start);
-  sct_release(&s->scaled.column);
+  sct_release(&s->scaled.row);
   sct_release(&s->scaled.value);
+  sct_release(&s->from);
   sct_release(&s->scale);
   sct_release(&s->work);
   sct_release(solver);
@@ -164,25 +184,50 @@ const sct_solve_report *sct_solver_report(const sct_solver *solver) {
   return &solver->report;
 }
 
-/* Scales row i of A to a largest entry in [1/2, 1). */
-static sct_status scale_row(sct_solver *s, const sct_csr *a, int i, sct_error *err) {
+/* D: brings the largest entry of row i to [1/2, 1). */
+static sct_status find_scale(const sct_csr *a, int64_t i, double *scale, sct_error *err) {
   double largest = 0;
   bool finite = true;
   for (int64_t k = a->start[i]; k < a->start[i + 1]; k++) {
     largest = fmax(largest, fabs(a->value[k]));
     finite = finite && isfinite(a->value[k]);
   }
-  if (!finite) return sct_fail(err, SCT_E_NOT_FINITE, -1, "row %d of the matrix is not finite", i);
+  if (!finite) {
+    return sct_fail(err, SCT_E_NOT_FINITE, -1, "row %lld of the matrix is not finite",
+                    (long long)i);
+  }
   if (largest < DBL_MIN) {
-    return sct_fail(err, SCT_E_SINGULAR, -1, "row %d of %d of the matrix is zero", i, s->scaled.n);
+    return sct_fail(err, SCT_E_SINGULAR, -1, "row %lld of %lld of the matrix is zero", (long long)i,
+                    (long long)a->rows);
   }
   int exponent;
   frexp(largest, &exponent);
-  s->scale[i] = ldexp(1, -exponent);
-  for (int64_t k = a->start[i]; k < a->start[i + 1]; k++) {
-    s->scaled.value[k] = s->scale[i] * a->value[k];
-  }
+  *scale = ldexp(1, -exponent);
   return SCT_OK;
+}
+
+/* Values of D A; false if an entry of A is not where it was analysed. */
+static bool copy_values(sct_solver *s, const sct_csr *a) {
+  const sct_solve_matrix *m = &s->scaled;
+  for (int j = 0; j < m->n; j++) {
+    for (int p = m->start[j]; p < m->start[j + 1]; p++) {
+      const int i = m->row[p], k = s->from[p];
+      if (a->column[k] != j || k < a->start[i] || k >= a->start[i + 1]) return false;
+      m->value[p] = s->scale[i] * a->value[k];
+    }
+  }
+  return true;
+}
+
+static sct_status take_values(sct_solver *s, const sct_csr *a, sct_error *err) {
+  const int n = s->scaled.n;
+  bool same = a->rows == n && a->columns == n && sct_csr_entries(a) == s->scaled.start[n];
+  for (int i = 0; same && i < n; i++) {
+    sct_status status = find_scale(a, i, &s->scale[i], err);
+    if (status != SCT_OK) return status;
+  }
+  if (same && copy_values(s, a)) return SCT_OK;
+  return sct_fail(err, SCT_E_ARGUMENT, -1, "the matrix has not the pattern that was analysed");
 }
 
 static double max_abs(const double *x, int n, int *at) {
@@ -204,10 +249,8 @@ static double max_abs(const double *x, int n, int *at) {
 static sct_status reciprocal_condition(sct_solver *s, double *rcond, sct_error *err) {
   const sct_solve_matrix *m = &s->scaled;
   double *w = s->work, *z = w + m->n, *e = z + m->n, *y = e + m->n;
-  for (int i = 0; i < m->n; i++) {
-    w[i] = 0;
-    for (int k = m->start[i]; k < m->start[i + 1]; k++) w[i] += fabs(m->value[k]);
-  }
+  memset(w, 0, (size_t)m->n * sizeof *w);
+  for (int p = 0; p < m->start[m->n]; p++) w[m->row[p]] += fabs(m->value[p]);
   sct_status status = s->kind->solve(s->state, m, w, false, z, err);
   if (status != SCT_OK) return status;
   int j = 0;
@@ -225,14 +268,9 @@ sct_status sct_solver_factor(sct_solver *solver, const sct_csr *a, sct_error *er
   const double begin = now();
   const double analysis = solver->a == NULL ? solver->report.seconds_factor : 0;
   solver->a = NULL;
-  if (!same_pattern(a, &solver->scaled)) {
-    return sct_fail(err, SCT_E_ARGUMENT, -1, "the matrix has not the pattern that was analysed");
-  }
-  for (int i = 0; i < solver->scaled.n; i++) {
-    sct_status status = scale_row(solver, a, i, err);
-    if (status != SCT_OK) return status;
-  }
-  sct_status status = solver->kind->factor(solver->state, &solver->scaled, &solver->report, err);
+  sct_status status = take_values(solver, a, err);
+  if (status != SCT_OK) return status;
+  status = solver->kind->factor(solver->state, &solver->scaled, &solver->report, err);
   if (status != SCT_OK) return status;
   double *rcond = &solver->report.reciprocal_condition;
   status = reciprocal_condition(solver, rcond, err);
@@ -309,7 +347,7 @@ sct_status sct_solver_solve(sct_solver *solver, const double *b, bool transposed
   if (status != SCT_OK) return status;
   report->iterations = 0;
   report->residual = backward_error(solver, x, b, transposed);
-  if (report->residual > DBL_EPSILON && isfinite(report->residual)) {
+  if (report->residual > solver->tolerance && isfinite(report->residual)) {
     status = refine(solver, b, transposed, x, err);
   }
   if (status != SCT_OK) return status;

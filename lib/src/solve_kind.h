@@ -9,13 +9,12 @@
 
 #include "scatter/solve.h"
 
-/* A scaled copy of the caller's matrix, by rows, in the integers of the packages. To those that
- * want columns these are the columns of the transpose. */
+/* A scaled copy D A of the caller's matrix, by columns, in the integers of the packages. */
 typedef struct {
   int n;
   int *start;    /* [n+1] */
-  int *column;   /* [start[n]] ascending within a row */
-  double *value; /* [start[n]] undefined until the first factor */
+  int *row;      /* [start[n]] ascending within a column */
+  double *value; /* [start[n]] ones during analysis: packages look at what is not zero */
 } sct_solve_matrix;
 
 typedef struct {

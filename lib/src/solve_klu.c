@@ -1,5 +1,5 @@
 /* The only door to KLU: for matrices so sparse that dense kernels do not pay (small ones, and those
- * of one dimension). Block triangular form, AMD within the blocks, row by row elimination. */
+ * of one dimension). Block triangular form, AMD within the blocks, column by column elimination. */
 #include <klu.h>
 #include <string.h>
 
@@ -38,7 +38,7 @@ static sct_status analyse(const sct_solve_matrix *a, const sct_solve_options *op
   sct_status status = sct_alloc_zero(&s, 1, sizeof *s, err);
   if (status != SCT_OK) return status;
   klu_defaults(&s->common);
-  s->symbolic = klu_analyze(a->n, a->start, a->column, &s->common);
+  s->symbolic = klu_analyze(a->n, a->start, a->row, &s->common);
   if (s->symbolic == NULL) {
     status = failure(s, a, "analysis", err);
   } else if (s->symbolic->structural_rank < a->n) {
@@ -58,7 +58,7 @@ static sct_status factor(void *state, const sct_solve_matrix *a, sct_solve_repor
                          sct_error *err) {
   klu_state *s = state;
   klu_free_numeric(&s->numeric, &s->common);
-  s->numeric = klu_factor(a->start, a->column, a->value, s->symbolic, &s->common);
+  s->numeric = klu_factor(a->start, a->row, a->value, s->symbolic, &s->common);
   if (s->numeric == NULL) return failure(s, a, "factorisation", err);
   report->factor_nonzeros = (int64_t)s->numeric->lnz + s->numeric->unz + s->numeric->nzoff;
   report->peak_bytes = (int64_t)s->common.mempeak;
@@ -69,9 +69,8 @@ static sct_status solve(void *state, const sct_solve_matrix *a, const double *b,
                         double *x, sct_error *err) {
   klu_state *s = state;
   memcpy(x, b, (size_t)a->n * sizeof *x);
-  /* KLU holds the columns of A^T, so its transposed solve is ours with A. */
-  const int ok = transposed ? klu_solve(s->symbolic, s->numeric, a->n, 1, x, &s->common)
-                            : klu_tsolve(s->symbolic, s->numeric, a->n, 1, x, &s->common);
+  const int ok = transposed ? klu_tsolve(s->symbolic, s->numeric, a->n, 1, x, &s->common)
+                            : klu_solve(s->symbolic, s->numeric, a->n, 1, x, &s->common);
   return ok ? SCT_OK : failure(s, a, "solve", err);
 }
 

@@ -12,8 +12,8 @@
 
 #include "doc.h"
 #include "emit.h"
-#include "fail_alloc.h"
 #include "inflate.h"
+#include "scarce.h"
 
 static const doc_limits wide = {.depth = 20, .nodes = 10000, .numbers = 100000};
 
@@ -31,18 +31,18 @@ static const unsigned char cbor[] = {0xA4, 0x61, 'a',  0x7F, 0x62, 'x',  'y',  0
 /* Runs once; true if it worked. */
 typedef bool attempt(void);
 
-/* Every allocation fails once; then the run that meets none must work. */
+/* Every allocation fails once, alone or with all that follow; the run that misses none works. */
 static void fail_each(attempt *run) {
-  fail_alloc_at(-1);
-  assert_true(run());
-  int64_t all = fail_alloc_count();
-  assert_true(all > 0);
-  for (int64_t n = 0; n < all; n++) {
-    fail_alloc_at(n);
-    bool worked = run();
-    assert_true(fail_alloc_count() > n);
-    fail_alloc_at(-1);
-    if (worked) fail_msg("allocation %d of %d failed, and nobody noticed", (int)n, (int)all);
+  for (int lasting = 0; lasting <= 1; lasting++) {
+    int64_t granted = 0;
+    bool worked, failed;
+    do {
+      scarce_after(granted++, lasting);
+      worked = run();
+      failed = scarce_end();
+      if (worked == failed) fail_msg("allocation %d failed, and nobody noticed", (int)granted);
+    } while (failed);
+    assert_true(granted > 2);
   }
 }
 
@@ -88,27 +88,29 @@ static bool encode_cbor(void) {
   return encode(EMIT_CBOR);
 }
 
-/* Packs (whose last allocation only trims and may fail) and unpacks. */
+/* Packs (where only the first allocation is needed, the second trims) and unpacks. */
 static void unpack_each(coding c, const char *text, size_t size) {
   void *packed, *back;
   size_t packed_size, back_size;
-  int64_t n = 0;
+  int64_t granted = 0;
+  scarce_after(0, false);
+  assert_int_equal(deflate_bytes(c, text, size, &packed, &packed_size), INFLATE_MEMORY);
+  assert_true(scarce_end());
+  assert_null(packed);
+  scarce_after(1, false);
   assert_int_equal(deflate_bytes(c, text, size, &packed, &packed_size), INFLATE_OK);
-  inflate_status status;
-  do {
-    fail_alloc_at(n++);
-    status = inflate_bytes(c, packed, packed_size, size, &back, &back_size);
-    fail_alloc_at(-1);
-    assert_true(status == INFLATE_OK || (status == INFLATE_MEMORY && back == NULL));
-  } while (status != INFLATE_OK);
-  assert_true(n > 2);
+  assert_true(scarce_end());
+  for (bool failed = true; failed; granted++) {
+    scarce_after(granted, false);
+    inflate_status status = inflate_bytes(c, packed, packed_size, size, &back, &back_size);
+    failed = scarce_end();
+    assert_int_equal(status, failed ? INFLATE_MEMORY : INFLATE_OK);
+    assert_true((back == NULL) == failed);
+  }
+  assert_true(granted > 2);
   assert_memory_equal(back, text, size);
   free(back);
   free(packed);
-  fail_alloc_at(0);
-  assert_int_equal(deflate_bytes(c, text, size, &packed, &packed_size), INFLATE_MEMORY);
-  fail_alloc_at(-1);
-  assert_null(packed);
 }
 
 static void test_decode_json(void **state) {

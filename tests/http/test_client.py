@@ -167,6 +167,27 @@ class Service(unittest.TestCase):
         self.assertEqual(found, {k: f"message {k}" for k in range(8)})
 
 
+class Readme(unittest.TestCase):
+    def test_quick_start_runs_as_printed(self):
+        text = (ROOT / "clients/python/README.md").read_text(encoding="utf-8")
+        program = text.split("```python\n")[1].split("```")[0]
+        self.assertIn("http://127.0.0.1:8480", program)
+        environment = {**os.environ, "PYTHONPATH": str(ROOT / "clients/python")}
+        with tempfile.TemporaryDirectory() as folder:
+            done = subprocess.run(
+                [sys.executable, "-B", "-c", program.replace("http://127.0.0.1:8480", url)],
+                cwd=folder,
+                env=environment,
+                capture_output=True,
+                text=True,
+                check=False,
+            )
+            self.assertEqual((done.returncode, done.stderr), (0, ""))
+            highest, neighbours, seconds = map(float, done.stdout.split())
+            self.assertTrue(0.9 < highest <= 1.001 and neighbours > 5 and seconds > 0)
+            self.assertTrue(pathlib.Path(folder, "layer.png").exists())
+
+
 class Command(unittest.TestCase):
     def run_command(self, *arguments):
         environment = {

@@ -10,7 +10,7 @@ import sys
 import unittest
 
 sys.dont_write_bytecode = True
-from daemon import Daemon  # noqa: E402
+import daemon  # noqa: E402
 
 HERE = pathlib.Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE.parents[1] / "clients" / "python"))
@@ -30,15 +30,13 @@ def gartland_parameters(mu):
     return {"b": b, "l": math.sqrt(math.pi**2 + b * b)}
 
 
-class Tables(unittest.TestCase):
-    @classmethod
-    def setUpClass(cls):
-        cls.daemon = Daemon().__enter__()
-        cls.client = Client(cls.daemon.url)
+class Tables(daemon.Case):
+    stub = False
 
     @classmethod
-    def tearDownClass(cls):
-        cls.daemon.__exit__(None, None, None)
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.client = Client(f"http://{cls.daemon.address}")
 
     def norms(self, cells, exact, mu, velocity, parameters=None, **operator):
         result = self.client.solve(

@@ -247,6 +247,7 @@ class Wire(unittest.TestCase):
             "type": "about:blank",
             "title": "Bad input",
             "status": 400,
+            "detail": "/inputs/cloud/points/3: is NaN",
             "errors": [{"pointer": "/inputs/cloud/points/3", "detail": "is NaN"}],
         }
         answer = (400, "application/problem+json", json.dumps(problem).encode())

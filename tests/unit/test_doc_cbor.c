@@ -395,7 +395,7 @@ static void test_limits(void **state) {
 }
 
 static void test_hostile(void **state) {
-  enum { SIZE = 3000000 };
+  enum { SIZE = 1000000 };
   static const struct {
     unsigned char first[3], each[4], last[3];
     size_t width;

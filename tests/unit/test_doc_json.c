@@ -274,6 +274,26 @@ static void test_long_pointer(void **state) {
   doc_arena_free(&arena);
 }
 
+/* The same, step by step: every length of the pointer is met, and nothing behind it is touched. */
+static void test_pointer_room(void **state) {
+  static const char *const keys[] = {"{\"\":", "{\"a\":", "{\"~\":", "[0,"};
+  (void)state;
+  for (size_t k = 0; k < sizeof keys / sizeof keys[0]; k++) {
+    for (int depth = 1; depth < 300; depth++) {
+      char json[5 * 300 + 2] = "";
+      doc_limits limits = {400, 1000, 1000};
+      doc_arena *arena;
+      doc_error error;
+      for (int d = 0; d < depth; d++) strcat(json, keys[k]);
+      strcat(json, "x");
+      assert_null(doc_from_json(json, strlen(json), &limits, &arena, &error));
+      assert_non_null(strstr(error.text, "got 'x'"));
+      assert_true(memchr(error.pointer, 0, sizeof error.pointer) != NULL);
+      doc_arena_free(&arena);
+    }
+  }
+}
+
 /* ---- limits ---- */
 
 /* Decodes under limits; *too_large tells a limit from a fault. */
@@ -438,10 +458,10 @@ int main(void) {
       cmocka_unit_test(test_model),        cmocka_unit_test(test_numbers),
       cmocka_unit_test(test_long_numbers), cmocka_unit_test(test_cases),
       cmocka_unit_test(test_truncated),    cmocka_unit_test(test_errors),
-      cmocka_unit_test(test_long_pointer), cmocka_unit_test(test_limits),
-      cmocka_unit_test(test_depth),        cmocka_unit_test(test_hostile),
-      cmocka_unit_test(test_many_keys),    cmocka_unit_test(test_navigation),
-      cmocka_unit_test(test_arena),
+      cmocka_unit_test(test_long_pointer), cmocka_unit_test(test_pointer_room),
+      cmocka_unit_test(test_limits),       cmocka_unit_test(test_depth),
+      cmocka_unit_test(test_hostile),      cmocka_unit_test(test_many_keys),
+      cmocka_unit_test(test_navigation),   cmocka_unit_test(test_arena),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

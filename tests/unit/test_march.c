@@ -353,7 +353,7 @@ static void arguments(void **state) {
       {.method = SCT_BDF2, .start = 0, .end = 1, .step = 1, .save = (double[]){2}, .saves = 1},
       {.method = SCT_BDF2, .start = 0, .end = 1, .step = 1, .save = (double[]){NAN}, .saves = 1},
       {.method = SCT_BDF2, .start = 0, .end = 1, .step = 1, .save = (double[]){.5, .5}, .saves = 2},
-      {.method = SCT_BDF2, .start = 0, .end = 1, .step = 1, .solve = {1, "magic"}},
+      {.method = SCT_BDF2, .start = 0, .end = 1, .step = 1, .solve = {.dim = 1, .method = "magic"}},
   };
   for (size_t k = 0; k < sizeof bad / sizeof *bad; k++) {
     witness w = {0};

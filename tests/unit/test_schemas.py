@@ -210,13 +210,13 @@ class Examples(unittest.TestCase):
                 )
                 self.assertTrue(case["why"])
                 self.assertEqual("text" in case, "request" not in case)
-                self.assertRegex(case.get("pointer", ""), r"^(/[^/]+)*$")
+                self.assertRegex(case["pointer"], r"^(/[^/]+)*$")
 
     def test_every_member_is_used_and_misused(self):
         used = set().union(*(members(document) for _, _, document in examples("ok")))
         misused = set()
         for _, _, case in examples("bad"):
-            misused.update(case.get("pointer", "").split("/"))
+            misused.update(case["pointer"].split("/"))
         for name in build.PROCESSES:
             known = input_members(name)
             self.assertEqual(known - used, set())

@@ -79,7 +79,7 @@ static void run_all(problem *p, double tolerance) {
   for (int k = 0; sct_solver_name(k) != NULL; k++) {
     sct_error err = {0};
     sct_solver *solver = NULL;
-    const sct_solve_options options = {2, sct_solver_name(k)};
+    const sct_solve_options options = {2, sct_solver_name(k), 0};
     assert_int_equal(sct_solver_analyse(p->a, &options, &solver, &err), SCT_OK);
     if (sct_solver_factor(solver, p->a, &err) != SCT_OK) fail_msg("%s", err.text);
     expect_solution(p, solver, false, tolerance);
@@ -134,7 +134,7 @@ static void factored_anew(void **state) {
     sct_solver *solver = NULL;
     fill_dominant(&p, &seed);
     p.a = dense_to_csr(p.full, N, N);
-    const sct_solve_options options = {2, sct_solver_name(k)};
+    const sct_solve_options options = {2, sct_solver_name(k), 0};
     assert_int_equal(sct_solver_analyse(p.a, &options, &solver, &err), SCT_OK);
     for (int round = 0; round < 3; round++) {
       assert_int_equal(sct_solver_factor(solver, p.a, &err), SCT_OK);
@@ -153,7 +153,7 @@ static void factored_anew(void **state) {
 /* The status of analyse and factor together, text in err. */
 static sct_status factor_status(const sct_csr *a, const char *method, sct_error *err) {
   sct_solver *solver = NULL;
-  const sct_solve_options options = {2, method};
+  const sct_solve_options options = {2, method, 0};
   sct_status status = sct_solver_analyse(a, &options, &solver, err);
   if (status == SCT_OK) status = sct_solver_factor(solver, a, err);
   sct_solver_free(&solver);
@@ -226,7 +226,7 @@ static void one_by_one(void **state) {
   for (int k = 0; sct_solver_name(k) != NULL; k++) {
     sct_solver *solver = NULL;
     double x = 0;
-    const sct_solve_options options = {1, sct_solver_name(k)};
+    const sct_solve_options options = {1, sct_solver_name(k), 0};
     assert_int_equal(sct_solver_analyse(a, &options, &solver, NULL), SCT_OK);
     assert_int_equal(sct_solver_factor(solver, a, NULL), SCT_OK);
     assert_int_equal(sct_solver_solve(solver, (const double[]){8e-200}, k % 2, &x, NULL), SCT_OK);
@@ -264,7 +264,7 @@ static void arguments(void **state) {
   assert_null(solver);
   assert_non_null(strstr(err.text, "2 x 3"));
   sct_csr *square = dense_to_csr((const double[]){1, 2, 3, 4}, 2, 2);
-  const sct_solve_options unknown = {2, "iterative"};
+  const sct_solve_options unknown = {2, "iterative", 0};
   assert_int_equal(sct_solver_analyse(square, &unknown, &solver, &err), SCT_E_ARGUMENT);
   assert_non_null(strstr(err.text, "iterative"));
   for (int k = 0; sct_solver_name(k) != NULL; k++) {
@@ -308,7 +308,7 @@ static void condition_number(void **state) {
   sct_csr *a = dense_to_csr(full, 3, 3);
   for (int k = 0; sct_solver_name(k) != NULL; k++) {
     sct_solver *solver = NULL;
-    const sct_solve_options options = {0, sct_solver_name(k)};
+    const sct_solve_options options = {0, sct_solver_name(k), 0};
     assert_int_equal(sct_solver_analyse(a, &options, &solver, NULL), SCT_OK);
     assert_int_equal(sct_solver_factor(solver, a, NULL), SCT_OK);
     assert_near(sct_solver_report(solver)->reciprocal_condition, 1 / 7., 1e-14);
@@ -322,7 +322,11 @@ static void automatic_choice(void **state) {
   const struct {
     int n, dim;
     const char *method;
-  } rows[] = {{50, 2, "klu"}, {5000, 1, "klu"}, {5000, 2, "umfpack"}, {5000, 3, "umfpack"}};
+  } rows[] = {{900, 2, "klu"},
+              {5000, 1, "klu"},
+              {1000, 2, "umfpack"},
+              {399, 3, "klu"},
+              {400, 3, "umfpack"}};
   for (size_t r = 0; r < sizeof rows / sizeof *rows; r++) {
     const int n = rows[r].n;
     sct_csr *a = NULL;
@@ -333,7 +337,7 @@ static void automatic_choice(void **state) {
       a->column[i] = i;
       a->value[i] = 2;
     }
-    const sct_solve_options options = {rows[r].dim, r % 2 ? "direct" : "auto"};
+    const sct_solve_options options = {rows[r].dim, r % 2 ? "direct" : "auto", 0};
     assert_int_equal(sct_solver_analyse(a, &options, &solver, NULL), SCT_OK);
     assert_string_equal(sct_solver_report(solver)->method, rows[r].method);
     sct_solver_free(&solver);

@@ -132,7 +132,7 @@ static void expect_orders(made *p) {
                                    .step = schemes[s].step / (1 << r),
                                    .save = (const double[]){0.7},
                                    .saves = 1,
-                                   .solve = {1, "auto"}};
+                                   .solve = {.dim = 1, .method = "auto"}};
       errors[r] = error_of(p, o);
     }
     for (int r = 0; r < 2; r++) {
@@ -226,8 +226,11 @@ static void eigenmodes_decay_by_the_schemes_factor(void **state) {
     for (int method = 0; method < 3; method++) {
       double phi[POINTS];
       sct_system *s = heat_system(&shape);
-      const sct_march_options o = {
-          .method = method, .start = 0, .end = 4 * dt, .step = dt, .solve = {1, "umfpack"}};
+      const sct_march_options o = {.method = method,
+                                   .start = 0,
+                                   .end = 4 * dt,
+                                   .step = dt,
+                                   .solve = {.dim = 1, .method = "umfpack"}};
       for (int i = 0; i < POINTS; i++) phi[i] = sin(mode * pi * position(i));
       phi[0] = phi[POINTS - 1] = 0;
       sct_march_report report;

@@ -42,9 +42,10 @@ class ScatterdError(Exception):
 
     def __str__(self) -> str:
         head = f"{self.status} {self.title}" if self.status else self.title
-        lines = [f"{head}: {self.detail}" if self.detail else head]
-        lines += [f"  {pointer or '(whole body)'}: {detail}" for pointer, detail in self.errors]
-        return "\n".join(lines)
+        culprits = [f"{pointer or 'the body'}: {detail}" for pointer, detail in self.errors]
+        is_repeated = culprits and self.detail.startswith(culprits[0])
+        lines = [f"{head}: {self.detail}" if self.detail and not is_repeated else head]
+        return "\n".join(lines + [f"  {culprit}" for culprit in culprits])
 
 
 class UnreachableError(ScatterdError, ConnectionError):

@@ -25,6 +25,7 @@ def plot(
     points: ArrayLike | None = None,
     file: str | None = None,
     title: str | None = None,
+    label: str | None = None,
     axes: "Axes | None" = None,
 ) -> "Axes":
     """Draws a field on its cloud: a line in 1-D, colours in 2-D, coloured points in 3-D.
@@ -36,6 +37,7 @@ def plot(
         points: [n][d]; by default those of the result or of its request.
         file: where to save the picture (.png, .pdf, .svg).
         title: text above the picture.
+        label: text beside the colours or the axis; by default the name of the field.
         axes: where to draw; by default a new figure.
 
     Returns:
@@ -48,7 +50,8 @@ def plot(
         raise ValueError(f"field has {len(values)} values for {len(x)} points")
     if axes is None:
         axes = new_axes(x.shape[1], screen=file is None)
-    {1: draw_line, 2: draw_plane, 3: draw_space}[x.shape[1]](axes, x, values, name)
+    draw = {1: draw_line, 2: draw_plane, 3: draw_space}[x.shape[1]]
+    draw(axes, x, values, name if label is None else label)
     if title:
         axes.set_title(title)
     if file:

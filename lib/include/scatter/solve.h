@@ -14,8 +14,9 @@ extern "C" {
 
 /* What the caller knows of a system that its entries do not say. */
 typedef struct {
-  int dim;            /* dimension of the cloud behind it, 0 if unknown: 3-D orders by METIS */
-  const char *method; /* "auto", "direct", or a row of the table: "umfpack", "klu" */
+  int dim;            /* dimension of the cloud behind it, 0 if unknown */
+  const char *method; /* "auto", "direct", or a row of the table: "umfpack", "klu"; NULL: auto */
+  double tolerance;   /* backward error (residual below) at which a solve is content; 0: rounding */
 } sct_solve_options;
 
 /* What a factorisation or solve has to tell. */
@@ -39,11 +40,12 @@ typedef struct sct_solver sct_solver; /* opaque; borrows the matrix until the ne
 const char *sct_solver_name(int k);
 
 /* Analyses the pattern of `a` (square, sorted rows) and chooses the solver; options NULL: auto.
- * auto = klu below 600 rows and for dim 1, else umfpack with AMD in 2-D, METIS in 3-D (policy and
- * measurements: lib/README.md). The values are not looked at. *solver is NULL on failure.
- * SCT_E_ARGUMENT (not square, no rows, columns not ascending, unknown method), SCT_E_LIMIT (2^31
- * entries), SCT_E_MEMORY, SCT_E_SINGULAR where the package sees that the pattern alone makes it so
- * (else factor says it). Proof: unit.solve, fault.solve */
+ * auto = klu for dim 1, below 400 rows for dim 3, below 1000 else; above umfpack, with METIS for
+ * dim 3 from 3000 rows, with AMD else (measurements: tests/bench/bench_solve.md). The values are not
+ * looked at. *solver is NULL on failure. SCT_E_ARGUMENT (not square, no rows, columns not
+ * ascending, unknown method), SCT_E_LIMIT (2^31 entries), SCT_E_MEMORY, SCT_E_SINGULAR where the
+ * package sees that the pattern alone makes it so (else factor says it). Proof: unit.solve,
+ * fault.solve */
 SCT_NODISCARD sct_status sct_solver_analyse(const sct_csr *a, const sct_solve_options *options,
                                             sct_solver **solver, sct_error *err);
 
@@ -56,9 +58,9 @@ SCT_NODISCARD sct_status sct_solver_analyse(const sct_csr *a, const sct_solve_op
 SCT_NODISCARD sct_status sct_solver_factor(sct_solver *solver, const sct_csr *a, sct_error *err);
 
 /* x = A^-1 b, or A^-T b if `transposed`; one step of iterative refinement where the backward error
- * is above rounding, kept if it lowers it. b [rows], x [rows] out, not overlapping. SCT_E_ARGUMENT
- * (nothing factored), SCT_E_NOT_FINITE (b); a result that is not finite is SCT_E_SINGULAR.
- * Proof: unit.solve */
+ * is above the tolerance, kept if it lowers it. b [rows], x [rows] out, not overlapping.
+ * SCT_E_ARGUMENT (nothing factored), SCT_E_NOT_FINITE (b); a result that is not finite is
+ * SCT_E_SINGULAR. Proof: unit.solve */
 SCT_NODISCARD sct_status sct_solver_solve(sct_solver *solver, const double *b, bool transposed,
                                           double *x, sct_error *err);
 
