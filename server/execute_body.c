@@ -113,6 +113,7 @@ void execute_read(task *t, const process *p, const item *body, media accept, exe
   int chosen = 0;
   *x = (execute){.inputs = item_member(body, "inputs")};
   if (!read_object(t, body, NULL)) return;
+  read_required(t, &x->inputs);
   read_qualifiers(t, &x->inputs);
   if (read_object(t, &x->inputs, p->inputs)) read_outputs(t, p, &outputs, accept, x);
   read_choice(t, &response, responses, &chosen);
