@@ -302,6 +302,7 @@ static void log_request(const connection *c, bool complete) {
     log_count(&line, "worker", x->worker);
     log_milliseconds(&line, "run_ms", x->run_seconds);
   }
+  if (x->points > 0) log_count(&line, "points", x->points);
   if (!complete) log_text(&line, "end", "aborted");
   log_end(&line);
 }

@@ -50,7 +50,7 @@ static int descriptor_of(const void *bytes, size_t size) {
 }
 
 static bool send_reply(const reply *r) {
-  ipc_news news = {.kind = IPC_REPLY, .coding = r->coding};
+  ipc_news news = {.kind = IPC_REPLY, .coding = r->coding, .points = r->points};
   int fd = -1;
   if (r->bytes != NULL) fd = descriptor_of(r->bytes, r->size);
   if (fd >= 0) {
