@@ -209,6 +209,7 @@ static void count_flags(const assembly *job) {
   for (int64_t i = 0; i < job->system->n; i++) {
     job->system->widened += (job->flags[i] & SCT_ROW_WIDENED) != 0;
     job->system->fallback += (job->flags[i] & SCT_ROW_FALLBACK) != 0;
+    job->system->loose += (job->flags[i] & SCT_ROW_LOOSE) != 0;
   }
 }
 

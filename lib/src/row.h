@@ -15,6 +15,7 @@ typedef enum {
   ROW_ILL,          /* the fit is ill-conditioned */
   ROW_UNSTABLE,     /* the Laplacian's weights are no good to solve with */
   ROW_NO_DIFFUSION, /* the ips correction cancels the Laplacian (a one-sided neighbourhood) */
+  ROW_CROWDED,      /* a wider support would hold more neighbours than the limit */
   ROW_VERDICTS
 } row_verdict;
 
@@ -40,6 +41,9 @@ struct sct_room {
 typedef struct {
   const sct_operator *op;
   int dim, degree;
+  sct_weight weight; /* of a fit */
+  double tolerated;  /* largest sum |l| / sum l of a Laplacian to solve with */
+  double excess;     /* out: that of the fit just made, infinity if sum l <= 0 */
   int64_t n;
   double spacing, support; /* h, r_e */
   double sum_w;            /* S_w, local or reference */

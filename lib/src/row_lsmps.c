@@ -18,11 +18,11 @@ typedef struct {
   double scale;                                 /* largest column norm */
 } fit;
 
-/* Largest condition number accepted, by degree ([numerics] and the tests of unit.stencil). */
-static const double ILL[] = {[2] = 1e3, [3] = 1e4, [4] = 1e5};
-
-/* Largest sum |l| / sum l accepted to solve with: an M-matrix has 1. */
-static const double UNSTABLE = 1.5;
+/* Largest condition number accepted, by degree. Inside a cloud it is 2 to 5, 6 to 18, 10 to 90; on
+ * the boundary, where a fit is one-sided, twice to ten times that, and wider supports bring it
+ * down: normal derivatives of fits beyond these bounds spoil the order of a solution
+ * (verify.assemble, mixed boundaries in 3-D). */
+static const double ILL[] = {[2] = 12, [3] = 50, [4] = 300};
 
 int row_unknowns(int dim, int degree) {
   int count = 1; /* (dim + degree)! / (dim! degree!) - 1 */
@@ -69,7 +69,7 @@ static int square_of(int dim, int a) {
 /* room->scratch = W^(1/2) */
 static void root_weight(const row_job *job) {
   const sct_room *room = job->room;
-  const double *weight = job->op->weight == SCT_WEIGHT_KERNEL ? room->w : room->f;
+  const double *weight = job->weight == SCT_WEIGHT_KERNEL ? room->w : room->f;
   for (int64_t k = 0; k < job->n; k++) room->scratch[k] = sqrt(weight[k]);
 }
 
@@ -169,7 +169,7 @@ static void fit_gradient(const row_job *job, const fit *f) {
 }
 
 /* The trace of the second derivatives: 2 a_xx / r_e^2 + ... */
-static row_verdict fit_laplacian(const row_job *job, const fit *f) {
+static row_verdict fit_laplacian(row_job *job, const fit *f) {
   double e[SCT_UNKNOWNS_MAX] = {0}, sum = 0, size = 0;
   double *l = job->room->laplacian;
   for (int a = 0; a < job->dim; a++) {
@@ -181,7 +181,8 @@ static row_verdict fit_laplacian(const row_job *job, const fit *f) {
     sum += l[k];
     size += fabs(l[k]);
   }
-  return size <= UNSTABLE * sum ? ROW_ACCEPTED : ROW_UNSTABLE;
+  job->excess = sum > 0 ? size / sum : INFINITY;
+  return job->excess <= job->tolerated ? ROW_ACCEPTED : ROW_UNSTABLE;
 }
 
 row_verdict row_lsmps(row_job *job) {

@@ -103,7 +103,7 @@ static void an_isolated_point_is_named(void **state) {
                    SCT_E_DEFICIENT);
   assert_int_equal(err.count, 1);
   assert_string_equal(sct_error_message(&err, message, sizeof message),
-                      "point 36 has 0 neighbours within 5.10 spacings, which are too few for lsmps "
+                      "point 36 has 0 neighbours within 32.00 spacings, which are too few for lsmps "
                       "in 2-D, needs 6");
   fixture_clear(&f);
 }
@@ -166,7 +166,7 @@ static void rows_to_solve_with_are_stable(void **state) {
       sum += row.laplacian[k];
       size += fabs(row.laplacian[k]);
     }
-    if (!(row.flags & SCT_ROW_FALLBACK)) assert_true(size <= 1.5 * sum);
+    if (!(row.flags & (SCT_ROW_FALLBACK | SCT_ROW_LOOSE))) assert_true(size <= 1.5 * sum);
     assert_true(sum > 0);
   }
   sct_room_free(&room);

@@ -85,8 +85,9 @@ typedef struct {
 } sct_operator;
 
 /* Defaults of a scheme: kernel center for mps and rational else; radius 2.0 (beyond it a lattice
- * row next to the boundary is lopsided), 2.5 for lsmps degree 2, 3.1 for degree 3, 4.1 for degree 4;
- * density reference for mps, local else; upwind none; weight kernel/r2; gamma_scale, L, U = 1. */
+ * row next to the boundary is lopsided), 2.1 for lsmps degree 2, 2.5 for degree 3, 3.1 for degree
+ * 4; density reference for mps, local else; upwind none; weight kernel/r2; gamma_scale, L, U = 1.
+ */
 sct_operator sct_operator_default(sct_scheme scheme, int degree);
 
 /* SCT_E_ARGUMENT for a radius outside [1, 8], a degree outside [2, 4], a `published` without what
@@ -115,8 +116,9 @@ enum { SCT_ROW_GRADIENT = 1, SCT_ROW_LAPLACIAN = 2, SCT_ROW_SOLVE = 4 };
 
 /* What became of a row. */
 enum {
-  SCT_ROW_WIDENED = 1, /* a support wider than asked for */
-  SCT_ROW_FALLBACK = 2 /* not the scheme asked for: an ips row for lsmps, lsmps for ipsn */
+  SCT_ROW_WIDENED = 1,  /* a support wider than asked for */
+  SCT_ROW_FALLBACK = 2, /* not the scheme or degree asked for */
+  SCT_ROW_LOOSE = 4     /* an lsmps row with 1.5 < sum |l| / sum l <= 10 */
 };
 
 /* One row. Memory belongs to the room it was made in, until the next row. */
@@ -139,10 +141,13 @@ void sct_room_free(sct_room **room);
  *
  * A neighbourhood is accepted if it has at least dim neighbours (dim + 1 for a Laplacian) that
  * span the space (M's smallest pivot above 1e-4 of its trace), and for an lsmps fit at least
- * one more than unknowns with the fit's condition number at most 1e3 (degree 3: 1e4, 4: 1e5);
- * with SCT_ROW_SOLVE also sum |l| / |sum l| <= 1.5 with a positive sum. If not, the support is
- * widened to 2.0, 2.5, 3.1, 3.6, 4.1, 5.1 h (those beyond its own); if that does not help, an ips
- * row stands in for lsmps (the first support that carries one); else SCT_E_DEFICIENT.
+ * one more than unknowns with the fit's condition number at most 12 (degree 3: 50, 4: 300);
+ * with SCT_ROW_SOLVE also sum |l| / sum l <= 1.5. If not, the support is widened to 2.0, 2.5, 3.1,
+ * 3.6, 4.1, 5.1, 6.5, 8.2, 11, 16, 23, 32 h (those beyond its own, up to the limit of
+ * neighbours); then a fit is tried with weight w on the same supports, and of all the fits so far
+ * the one with the least sum |l| / sum l is taken if that is at most 10: it is still exact for its
+ * degree. If there is none, a fit of degree 2 and last an ips row stand in for lsmps; else
+ * SCT_E_DEFICIENT.
  * Proof: verify.stencil (exactness), unit.stencil (degenerate neighbourhoods) */
 SCT_NODISCARD sct_status sct_stencil_row(const sct_stencil *stencil, int64_t i, int want,
                                          const double *velocity, double diffusivity, sct_room *room,
