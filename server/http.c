@@ -364,7 +364,8 @@ static void on_message(void *self, const char *format, va_list arguments) {
   (void)self;
   vsnprintf(text, sizeof text, format, arguments);
   text[strcspn(text, "\n")] = '\0';
-  log_say(LOG_DEBUG, "http", "%s", text);
+  const bool refuses = strstr(text, "HTTP response code") != NULL; /* what never was a request */
+  log_say(refuses ? LOG_INFO : LOG_DEBUG, "http", "%s", text);
 }
 
 /* ---- Slow clients ---- */
