@@ -35,6 +35,9 @@ typedef struct {
   int64_t points; /* of the cloud, 0 if there was none; for the log */
 } reply;
 
+/* Takes what answers will keep for good; a worker calls it once, before anything else. */
+void answer_prepare(void);
+
 /* Answers. Never fails: what goes wrong is a problem document in the reply. The caller frees
  * reply->bytes. */
 void answer(const ask *ask, reply *reply);
