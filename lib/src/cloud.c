@@ -11,9 +11,8 @@ static sct_status check_finite(const sct_cloud *cloud, sct_error *err) {
   for (int64_t e = 0; e < entries; e++) {
     if (isfinite(cloud->x[e])) continue;
     int64_t point = e / cloud->dim;
-    return sct_fail(err, SCT_E_NOT_FINITE, point,
-                    "coordinate %d of point %" PRId64 " is %g, needs to be finite",
-                    (int)(e % cloud->dim), point, cloud->x[e]);
+    return sct_fail(err, SCT_E_NOT_FINITE, point, "has %g as coordinate %d, needs a finite number",
+                    cloud->x[e], (int)(e % cloud->dim));
   }
   return SCT_OK;
 }

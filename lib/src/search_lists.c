@@ -78,10 +78,11 @@ static bool finish_row(const listing *l, part *mine, double radius, int64_t befo
   if (mine->status != SCT_OK) return false;
   if (mine->n > mine->most) {
     mine->status = sct_fail(&mine->err, SCT_E_LIMIT, mine->self,
-                            "point %" PRId32 " has more than %" PRId64 " neighbours within %g",
-                            mine->self, l->limit, radius / l->search->scale);
+                            "has more than %" PRId64 " neighbours within %g", l->limit,
+                            radius / l->search->scale);
   } else if (mine->n > entries_most) {
-    mine->status = sct_fail(&mine->err, SCT_E_LIMIT, mine->self, "more than 2^40 neighbours");
+    mine->status = sct_fail(&mine->err, SCT_E_LIMIT, mine->self,
+                            "has the neighbour that is one more than 2^40 in all");
   }
   l->lists->start[mine->self + 1] = mine->n - before;
   return mine->status == SCT_OK;
@@ -173,8 +174,7 @@ static sct_status check_radii(const sct_search *search, double radius, const dou
   }
   for (int64_t i = 0; i < search->n; i++) {
     if (radii[i] >= 0) continue;
-    return sct_fail(err, SCT_E_ARGUMENT, i,
-                    "radius of point %" PRId64 " is %g, needs to be 0 or more", i, radii[i]);
+    return sct_fail(err, SCT_E_ARGUMENT, i, "has search radius %g, needs 0 or more", radii[i]);
   }
   return SCT_OK;
 }

@@ -2,7 +2,6 @@
  * look around the bundle, that far, settles them all.
  */
 #include <float.h>
-#include <inttypes.h>
 #include <math.h>
 
 #include "alloc.h"
@@ -117,8 +116,7 @@ static bool is_listed(const sct_error *err, int64_t i) {
 static sct_status coincident(const sct_search *search, const double *distance, int64_t i,
                              sct_error *err) {
   sct_error all;
-  sct_fail(&all, SCT_E_COINCIDENT, i, "points %" PRId64 " and %" PRId64 " are at the same place", i,
-           company(search, i, i));
+  sct_fail(&all, SCT_E_COINCIDENT, i, "is at the same place as another");
   int64_t count = 0;
   for (int64_t k = i; k < search->n; k++) {
     if (distance[k] != 0) continue;

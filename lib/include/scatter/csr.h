@@ -16,7 +16,7 @@ typedef struct {
 } sct_csr;
 
 /* Room for `entries` entries; start is zeroed, column and value are not. *matrix is NULL on
- * failure. SCT_E_MEMORY. Proof: unit.csr */
+ * failure. SCT_E_MEMORY (also for sizes that no memory can hold). Proof: unit.csr */
 SCT_NODISCARD sct_status sct_csr_new(int64_t rows, int64_t columns, int64_t entries,
                                      sct_csr **matrix, sct_error *err);
 void sct_csr_free(sct_csr **matrix);
@@ -25,12 +25,17 @@ int64_t sct_csr_entries(const sct_csr *matrix);
 /* y = A x. x [columns], y [rows] out, not overlapping. Proof: unit.csr */
 void sct_csr_multiply(const sct_csr *a, const double *x, double *y);
 
-/* y = y + factor * A x. */
+/* y = y + factor * A x. Shapes as above. Proof: unit.csr */
 void sct_csr_multiply_add(const sct_csr *a, double factor, const double *x, double *y);
 
 /* r = b - A x and, where `scale` is not NULL, scale = |b| + |A| |x| by components, for the
- * backward error max |r| / scale (Oettli and Prager 1964). Proof: unit.csr */
+ * backward error max |r| / scale (Oettli and Prager 1964). x [columns], b, r, scale [rows].
+ * Proof: unit.csr */
 void sct_csr_residual(const sct_csr *a, const double *x, const double *b, double *r, double *scale);
+
+/* The same for the transpose: r = b - A^T x. x [rows], b, r, scale [columns]. Proof: unit.csr */
+void sct_csr_residual_transposed(const sct_csr *a, const double *x, const double *b, double *r,
+                                 double *scale);
 
 #ifdef __cplusplus
 }

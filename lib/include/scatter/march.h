@@ -9,11 +9,16 @@
 extern "C" {
 #endif
 
-/* forward-euler   phi' = phi + dt (s - A phi); dt at most C_D times the stable step
- * backward-euler  (I + dt A) phi' = phi + dt s'
- * crank-nicolson  (I + dt/2 A) phi' = (I - dt/2 A) phi + dt/2 (s + s')
- * bdf2            variable step, started with one backward Euler step
- * Condition rows hold at the new time in every scheme. */
+/* With A, b of the equation rows of a system (b = load - coupling phi), a prime for the new time:
+ * forward-euler   phi' = phi + dt (b - A phi); dt at most sct_march_stable_step
+ * backward-euler  (I + dt A') phi' = phi + dt b'
+ * crank-nicolson  (I + dt/2 A') phi' = (I - dt/2 A) phi + dt/2 (b + b')
+ * bdf2            variable step; starts with one backward Euler step, and starts again after a step
+ *                 more than twice as long as the one before
+ * Condition rows hold at the new time in every scheme: as algebraic rows of the implicit ones, by a
+ * solve among themselves after the equation rows in forward Euler. Schemes that use the rate at the
+ * old time (forward Euler, Crank-Nicolson) do the same to the initial values for their first rate.
+ */
 #define SCT_MARCH_LIST(X)                 \
   X(SCT_FORWARD_EULER, "forward-euler")   \
   X(SCT_BACKWARD_EULER, "backward-euler") \
@@ -22,18 +27,18 @@ extern "C" {
 #define SCT_MARCH_ENUM(symbol, name) symbol,
 typedef enum { SCT_MARCH_LIST(SCT_MARCH_ENUM) SCT_MARCH_COUNT } sct_march_method;
 #undef SCT_MARCH_ENUM
-const char *sct_march_name(sct_march_method method);
-sct_march_method sct_march_find(const char *name);
+const char *sct_march_name(sct_march_method method); /* NULL for other values */
+sct_march_method sct_march_find(const char *name);   /* SCT_MARCH_COUNT if there is none */
 
 typedef struct {
   sct_march_method method;
-  double start, end;       /* start < end */
-  double step;             /* dt, or 0: from diffusion_number */
-  double diffusion_number; /* C_D: dt = C_D times sct_march_stable_step */
-  const double *save;      /* [saves] ascending times in [start, end] at which to hand out phi */
+  double start, end;       /* (time) start < end */
+  double step;             /* (time) longest dt, or 0: from diffusion_number */
+  double diffusion_number; /* C_D: dt = C_D times sct_march_stable_step of the start */
+  const double *save;      /* [saves] strictly ascending times in [start, end] of snapshots */
   int64_t saves;
-  int64_t max_steps; /* more than this: SCT_E_LIMIT before the first step */
-  sct_solve_options solve;
+  int64_t max_steps;       /* more than this: SCT_E_LIMIT before the first step; 0: any number */
+  sct_solve_options solve; /* of the step matrices */
 } sct_march_options;
 
 /* Which parts of a problem depend on time. */
@@ -44,32 +49,48 @@ typedef struct {
   int varies; /* SCT_VARIES_* */
   void *context;
   /* Brings *system and the Dirichlet values in phi [n] to time t; called only if something
-   * varies, before anything at time t is used. May replace *system if SCT_VARIES_MATRIX. */
+   * varies, at the start and before anything at a new time is used. With SCT_VARIES_MATRIX it may
+   * replace *system, by one of the same unknowns and kinds of rows; a pattern that stays is
+   * analysed only once. */
   sct_status (*advance)(void *context, double t, sct_system **system, double *phi, sct_error *err);
-  /* Is handed phi [n] at every save time and at the end (may be NULL). */
+  /* Is handed phi [n] at every save time, and at the end if that is none (may be NULL). */
   sct_status (*save)(void *context, double t, const double *phi, sct_error *err);
 } sct_march_problem;
 
 typedef struct {
   int64_t steps;
-  double step;        /* largest step taken */
-  double stable_step; /* bound of forward Euler, 0 where not computed */
+  double step;        /* (time) largest step taken */
+  double stable_step; /* (time) least bound of forward Euler met; 0: not needed, not computed */
   int64_t factorisations;
-  sct_solve_report solve; /* of the last implicit solve */
+  sct_solve_report solve; /* of the last solve; zeroes if there was none */
 } sct_march_report;
 
-/* Largest stable explicit step of the equation rows, min_i 2 / (sum_j a_ij + sum_j |a_ij|) with
- * k_i added to both sums; for ps this is [H16] eq. 39d, 44c, 48c with C_D = 1. `point` (may be
- * NULL) gets the point that sets it. Infinity if no row bounds it. Proof: unit.march */
+/* Largest stable explicit step of the equation rows, by Gershgorin's discs,
+ *   dt = min_i 2 / (A_ii + sum_(j != i) |A_ij|) = min_i 2 / (sum_j a_ij + k_i + sum_j |a_ij|)
+ * over the columns of matrix and coupling; for ps this is [H16] eq. 39d, 44c, 48c with C_D = 1, the
+ * minimum taken. `point` (may be NULL) gets the point that sets it, or -1. Infinity if no row
+ * bounds it. Sufficient, not necessary: dense neighbourhoods bear somewhat more. Cost O(entries).
+ * Proof: unit.march */
 double sct_march_stable_step(const sct_system *system, int64_t *point);
 
-/* Marches phi [n] in place from start to end. The steps of forward Euler are equal but for the
- * last before each save time, which is shortened; implicit schemes divide each interval between
- * save times evenly, so that the factors serve the whole interval.
- * SCT_E_ARGUMENT, SCT_E_LIMIT (steps), SCT_E_SINGULAR, SCT_E_MEMORY, SCT_E_CANCELLED;
- * SCT_E_UNSTABLE if a forward Euler step exceeds the stable one (with the point and both steps) or
- * if |phi| grows beyond 1e6 times the data (with the time). Proof: verify.march (order 1, 1, 2, 2;
- * Neumann rows; time-dependent fields), unit.march */
+/* Marches phi [n], the initial values (Dirichlet points: theirs), in place from start to end;
+ * `problem`, `work`, `report` may be NULL. The steps of forward Euler are equal but for the last
+ * before each save time, which is shortened; implicit schemes divide each interval between save
+ * times evenly, so that the factors serve the whole interval, and the next if its step is the same.
+ * Progress is phase "march", told after each step. On failure phi holds the last values reached and
+ * the report what was done so far.
+ * SCT_E_ARGUMENT (times, step, scheme, a system that changed its size), SCT_E_LIMIT (steps),
+ * SCT_E_MEMORY, SCT_E_CANCELLED, what the callbacks return;
+ * SCT_E_NOT_FINITE (initial values, matrix, loads, Dirichlet values: with the point);
+ * SCT_E_SINGULAR of the step matrix, or for forward Euler of the condition rows among themselves;
+ * SCT_E_UNSTABLE if a forward Euler step exceeds the stable one (with the point and both steps), or
+ * if |phi| exceeds 1e6 times what the data account for by the maximum principle - initial and
+ * Dirichlet values, sources and fluxes summed over time, the exponential of a feeding reaction
+ * (k < 0) or Robin coefficient (with the point, time and step) - or 1e280.
+ * Cost per step: one product with the matrix (explicit), one solve (implicit), one factorisation
+ * more if matrix or step changed. Proof: verify.march (orders 1, 1, 2, 2; exactness for polynomials
+ * in t; Neumann and Robin rows; time-dependent loads, Dirichlet values, matrices), unit.march,
+ * fault.march */
 SCT_NODISCARD sct_status sct_march(sct_system **system, const sct_march_options *options,
                                    const sct_march_problem *problem, const sct_work *work,
                                    double *phi, sct_march_report *report, sct_error *err);

@@ -46,13 +46,15 @@ typedef enum {
 
 enum { SCT_ERROR_POINTS = 20, SCT_ERROR_TEXT = 512 };
 
-/* A failure. Point numbers are the caller's own. */
+/* A failure. Where it is about a point, the text is what is to be said of it ("has 4 neighbours,
+ * needs 6") and the number stands in `point`, so that a caller who renumbered the points can
+ * number them back before sct_error_message puts the two together. */
 typedef struct {
   sct_status code;
   int64_t point;                    /* point concerned, or -1 */
   int64_t count;                    /* how many points are concerned in all (0: none) */
   int64_t points[SCT_ERROR_POINTS]; /* the first of them */
-  char text[SCT_ERROR_TEXT];        /* subject, got, needed */
+  char text[SCT_ERROR_TEXT];        /* got, needed; with the subject unless that is the point */
 } sct_error;
 
 /* How a long call works: threads to use and whom to tell. NULL means one thread, nobody.
@@ -74,9 +76,15 @@ const char *sct_status_text(sct_status code);
 sct_status sct_fail(sct_error *err, sct_status code, int64_t point, const char *format, ...)
     SCT_PRINTF(4, 5);
 
-/* Adds `point` to the list of points of an error in the making: count grows without bound, the
- * first SCT_ERROR_POINTS are kept. `err` may be NULL. Proof: unit.status */
+/* Adds `point`, or the points of another failure, to the list of points of an error in the
+ * making: count grows without bound, the first SCT_ERROR_POINTS are kept. sct_error_merge into an
+ * error without code copies it whole. `err`, `into` may be NULL. Proof: unit.status */
 void sct_error_add_point(sct_error *err, int64_t point);
+void sct_error_merge(sct_error *into, const sct_error *from);
+
+/* The whole sentence: "point 17 has 4 neighbours, needs 6 (and 3 more points: 18, 19, 20)".
+ * Returns room [size]. Proof: unit.status */
+const char *sct_error_message(const sct_error *err, char *room, size_t size);
 
 /* Threads that `work` asks for, at least 1. */
 int sct_work_threads(const sct_work *work);

@@ -84,8 +84,8 @@ typedef struct {
   double reference_speed;  /* U of `published` (length / time) */
 } sct_operator;
 
-/* Defaults of a scheme in dim dimensions: kernel center for mps and rational else; radius 2.0
- * for mps, 2.1 for ps, ips, ipsn, 2.5 for lsmps degree 2, 3.1 for degree 3, 4.1 for degree 4;
+/* Defaults of a scheme: kernel center for mps and rational else; radius 2.0 (beyond it a lattice
+ * row next to the boundary is lopsided), 2.5 for lsmps degree 2, 3.1 for degree 3, 4.1 for degree 4;
  * density reference for mps, local else; upwind none; weight kernel/r2; gamma_scale, L, U = 1. */
 sct_operator sct_operator_default(sct_scheme scheme, int degree);
 
@@ -105,6 +105,7 @@ SCT_NODISCARD sct_status sct_stencil_build(const sct_cloud *cloud, const sct_sea
                                            sct_error *err);
 void sct_stencil_free(sct_stencil **stencil);
 const sct_lists *sct_stencil_lists(const sct_stencil *stencil);
+const sct_cloud *sct_stencil_cloud(const sct_stencil *stencil);
 const sct_operator *sct_stencil_operator(const sct_stencil *stencil);
 double sct_stencil_spacing(const sct_stencil *stencil);
 

@@ -1,0 +1,201 @@
+"""The client: one method per process."""
+
+from __future__ import annotations
+
+import os
+from typing import Any, Mapping, Sequence
+from urllib.parse import quote
+
+from numpy.typing import ArrayLike
+
+from . import wire
+from .errors import ScatterdError
+from .problem import Field
+from .result import Result
+from .transport import Answer, Transport
+
+DEFAULT_URL = "http://127.0.0.1:8480"
+
+
+class Client:
+    """A connection to a scatterd.
+
+    Args:
+        url: http://HOST:PORT, https://HOST:PORT or unix:PATH; by default $SCATTERD_URL, else
+            http://127.0.0.1:8480.
+        token: sent as a bearer token, if the service wants one.
+        timeout: seconds to wait for an answer.
+        format: "cbor" or "json" on the wire; by default cbor where cbor2 is installed.
+
+    Threads may share a client: each has its own connection, kept open between requests. Every
+    method raises ScatterdError if the service refuses or fails, UnreachableError without one.
+    """
+
+    def __init__(
+        self,
+        url: str | None = None,
+        token: str | None = None,
+        timeout: float | None = 600.0,
+        format: str | None = None,
+    ):
+        self.url = url or os.environ.get("SCATTERD_URL") or DEFAULT_URL
+        self.format = format or wire.best_format()
+        if self.format not in ("cbor", "json"):
+            raise ValueError(f"format is {format!r}, needs 'cbor' or 'json'")
+        self.headers = {"Authorization": f"Bearer {token}"} if token else {}
+        self.transport = Transport(self.url, timeout)
+
+    def solve(
+        self,
+        cloud: Mapping,
+        diffusivity: Field,
+        *,
+        velocity: Sequence | ArrayLike | None = None,
+        source: Field | None = None,
+        reaction: Field | None = None,
+        boundary: Sequence[Mapping] | None = None,
+        initial: Field | None = None,
+        time: Mapping | None = None,
+        exact: Field | None = None,
+        parameters: Mapping[str, float] | None = None,
+        operator: Mapping | None = None,
+        solver: Mapping | None = None,
+        outputs: Sequence[str] | None = None,
+    ) -> Result:
+        """Solves d phi/dt + u . grad phi = div(mu grad phi) + s - k phi on a cloud.
+
+        Args:
+            cloud: made by `cloud` or `lattice`; n points in d dimensions.
+            diffusivity: mu >= 0 (length^2 / time). Fields are numbers, arrays [n] or expressions
+                of x, y, z, t, pi and `parameters`.
+            velocity: u (length / time), d numbers or expressions, or an array [n][d].
+            source: s (phi / time).
+            reaction: k (1 / time).
+            boundary: entries made by `dirichlet`, `neumann`, `robin`; a later one wins.
+            initial: phi at the start of a time-dependent problem.
+            time: {"method", "start", "end", "step" or "diffusion_number", "save"}; without it the
+                problem is steady.
+            exact: field to compare with, for `result.norms`.
+            parameters: numbers that expressions may name.
+            operator: {"scheme", "degree", "kernel", "radius", ...}.
+            solver: {"method", "tolerance", "max_iterations"}.
+            outputs: names of the outputs wanted; by default all.
+
+        Returns:
+            solution [n], points [n][d], norms (with `exact`), diagnostics, history (with `time`),
+            report.
+        """
+        return self.execute("solve", given(locals()), outputs)
+
+    def apply(
+        self,
+        cloud: Mapping,
+        field: Field,
+        *,
+        operator: Mapping | None = None,
+        exact_gradient: Sequence | ArrayLike | None = None,
+        exact_laplacian: Field | None = None,
+        parameters: Mapping[str, float] | None = None,
+        outputs: Sequence[str] | None = None,
+    ) -> Result:
+        """Applies the particle operators to a field.
+
+        Returns:
+            value [n] (smoothed), gradient [n][d], laplacian [n], norms (with an exact field),
+            diagnostics, report.
+        """
+        return self.execute("apply", given(locals()), outputs)
+
+    def diagnose(
+        self,
+        cloud: Mapping,
+        *,
+        operator: Mapping | None = None,
+        outputs: Sequence[str] | None = None,
+    ) -> Result:
+        """Tells what a cloud does to the operators on it.
+
+        Returns:
+            neighbours [n], number_density [n], artificial_velocity [n][d],
+            effective_diffusivity [n][d (d + 1) / 2], summary, report.
+        """
+        return self.execute("diagnose", given(locals()), outputs)
+
+    def echo(
+        self,
+        message: str,
+        *,
+        pause: float | None = None,
+        values: Sequence[int] | None = None,
+        blob: str | None = None,
+        outputs: Sequence[str] | None = None,
+    ) -> Result:
+        """Gets back message, pause (s) and values: for trying out the service."""
+        return self.execute("echo", given(locals()), outputs)
+
+    def execute(
+        self, process: str, inputs: Mapping[str, Any], outputs: Sequence[str] | None = None
+    ) -> Result:
+        """Runs any process with inputs by name; `outputs` names those wanted."""
+        request: dict[str, Any] = {"inputs": dict(inputs)}
+        if outputs is not None:
+            request["outputs"] = {name: {"transmissionMode": "value"} for name in outputs}
+        return self.post(process, request)
+
+    def post(self, process: str, request: Mapping[str, Any]) -> Result:
+        """Posts a whole execute request: {"inputs": ..., "outputs": ...}."""
+        body, headers = wire.encode(request, self.format)
+        path = f"/processes/{quote(process, safe='')}/execution"
+        document = self.document("POST", path, body, headers)
+        return Result(document, dict(request.get("inputs", {})))
+
+    def processes(self) -> list[dict]:
+        """Summaries of the processes there are."""
+        return self.get("/processes")["processes"]
+
+    def process(self, process: str) -> dict:
+        """Description of a process with the schemas of its inputs and outputs."""
+        return self.get(f"/processes/{quote(process, safe='')}")
+
+    def get(self, path: str) -> Any:
+        """Any JSON document of the service."""
+        return self.document("GET", path, None, {"Accept": f"{wire.JSON}, {wire.PROBLEM}"})
+
+    def document(self, method: str, path: str, body: bytes | None, headers: dict) -> Any:
+        answer = self.transport.request(method, path, body, {**headers, **self.headers})
+        if answer.status >= 300:
+            raise failure(answer)
+        return content(answer)
+
+    def close(self) -> None:
+        """Closes the connection of this thread."""
+        self.transport.close()
+
+    def __enter__(self) -> "Client":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+def given(arguments: dict) -> dict:
+    """Inputs among the arguments of a method: those that were given."""
+    others = ("self", "outputs")
+    return {k: v for k, v in arguments.items() if k not in others and v is not None}
+
+
+def content(answer: Answer) -> Any:
+    coding = answer.headers.get("Content-Encoding", "")
+    return wire.decode(answer.body, answer.headers.get("Content-Type", wire.JSON), coding)
+
+
+def failure(answer: Answer) -> ScatterdError:
+    """The error an answer tells of, also if it is no problem document (of a proxy, say)."""
+    try:
+        problem = content(answer)
+    except ValueError:
+        problem = None
+    if isinstance(problem, dict):
+        return ScatterdError.from_problem(answer.status, problem)
+    excerpt = answer.body[:200].decode("utf-8", "replace").strip()
+    return ScatterdError(answer.status, f"HTTP status {answer.status}", excerpt)

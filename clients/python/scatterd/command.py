@@ -1,0 +1,136 @@
+"""Command line: scatterd-client PROCESS request.json."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import pathlib
+import sys
+from typing import Any, Iterator
+
+import numpy
+
+from .client import DEFAULT_URL, Client
+from .errors import ScatterdError
+from .plotting import plot
+from .result import Result
+from .wire import plain
+
+PROCESSES = {
+    "solve": "solve a convection-diffusion-reaction problem",
+    "apply": "apply the particle operators to a field",
+    "diagnose": "tell what a cloud does to the operators",
+    "echo": "get back what is sent",
+}
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Runs the command; 0 if all went well, 1 if the service or a file did not do."""
+    options = parser().parse_args(arguments)
+    try:
+        return options.run(options)
+    except (ScatterdError, OSError, ValueError) as error:
+        print(f"scatterd-client: {error}", file=sys.stderr)
+        return 1
+
+
+def parser() -> argparse.ArgumentParser:
+    shared = argparse.ArgumentParser(add_help=False)
+    shared.add_argument("--url", help=f"address (default $SCATTERD_URL, else {DEFAULT_URL})")
+    shared.add_argument("--token", help="bearer token, if the service wants one")
+    shared.add_argument("--timeout", type=float, default=600, help="seconds to wait (default 600)")
+    shared.add_argument("--format", choices=("cbor", "json"), help="format on the wire")
+    top = argparse.ArgumentParser(
+        prog="scatterd-client",
+        description="Partial differential equations on particle clouds, by a scatterd.",
+    )
+    commands = top.add_subparsers(metavar="COMMAND", required=True)
+    for name, text in PROCESSES.items():
+        command = commands.add_parser(name, help=text, parents=[shared])
+        command.add_argument("request", help='file with {"inputs": {...}}; - for standard input')
+        command.add_argument("--output", metavar="FILE", help="write results to a .json or .npz")
+        if name != "echo":
+            command.add_argument("--plot", metavar="FILE", help="draw it (.png, .pdf, .svg)")
+            command.add_argument("--field", help="output to draw")
+        command.set_defaults(run=run_process, process=name, plot=None, field=None)
+    listing = commands.add_parser("processes", help="list the processes", parents=[shared])
+    listing.set_defaults(run=run_processes)
+    return top
+
+
+def client(options: argparse.Namespace) -> Client:
+    return Client(options.url, options.token, options.timeout, options.format)
+
+
+def run_processes(options: argparse.Namespace) -> int:
+    with client(options) as service:
+        listed = service.processes()
+    for process in listed:
+        print(f"{process['id']:10s} {process.get('title', '')}")
+    return 0
+
+
+def run_process(options: argparse.Namespace) -> int:
+    if options.output and pathlib.Path(options.output).suffix not in WRITERS:
+        raise ValueError(f"output {options.output!r} needs a name in {' or '.join(WRITERS)}")
+    request = read_request(options.request)
+    with client(options) as service:
+        result = service.post(options.process, request)
+    if options.output:
+        WRITERS[pathlib.Path(options.output).suffix](options.output, result)
+    if options.plot:
+        plot(result, options.field, file=options.plot)
+    for line in summary(result):
+        print(line)
+    return 0
+
+
+def read_request(name: str) -> dict:
+    """The request in a file, or on standard input."""
+    text = sys.stdin.read() if name == "-" else pathlib.Path(name).read_text(encoding="utf-8")
+    try:
+        request = json.loads(text)
+    except json.JSONDecodeError as error:
+        raise ValueError(f"{name}: no JSON: {error}") from None
+    if not isinstance(request, dict):
+        raise ValueError(f'{name}: needs an object {{"inputs": {{...}}}}')
+    return request
+
+
+def write_json(name: str, result: Result) -> None:
+    text = json.dumps(result, default=plain, ensure_ascii=False)
+    pathlib.Path(name).write_text(text + "\n", encoding="utf-8")
+
+
+def write_npz(name: str, result: Result) -> None:
+    arrays = {key: numpy.asarray(value) for key, value in leaves(result)}
+    numpy.savez_compressed(name, **arrays)
+
+
+WRITERS = {".json": write_json, ".npz": write_npz}
+
+
+def leaves(value: Any, name: str = "") -> Iterator[tuple[str, Any]]:
+    """Values within a result by dotted name."""
+    if not isinstance(value, dict):
+        yield name, value
+        return
+    for key, member in value.items():
+        yield from leaves(member, f"{name}.{key}" if name else key)
+
+
+def summary(result: Result) -> Iterator[str]:
+    """A line per output: arrays by shape and range, numbers as they are."""
+    for name, value in leaves(result):
+        if isinstance(value, numpy.ndarray) and value.size > 6:
+            shape = " x ".join(map(str, value.shape))
+            low, high = numpy.nanmin(value), numpy.nanmax(value)
+            yield f"{name:36s} {shape} numbers from {low:.6g} to {high:.6g}"
+        else:
+            yield f"{name:36s} {shown(value)}"
+
+
+def shown(value: Any) -> str:
+    if isinstance(value, numpy.ndarray):
+        return " ".join(f"{number:.6g}" for number in value.ravel())
+    return f"{value:.6g}" if isinstance(value, float) else str(value)

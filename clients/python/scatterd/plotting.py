@@ -1,0 +1,162 @@
+"""Pictures of results, by matplotlib."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy
+from numpy.typing import ArrayLike
+
+from .lattice import lattice_points
+from .result import Result
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+FIELDS = ("solution", "laplacian", "value", "number_density", "neighbours")
+DOTS_UP_TO = 1500  #: more points than this are not drawn over the colours
+LONG = 3.0  #: a triangle with an edge longer than this many spacings bridges a hole
+
+
+def plot(
+    result: Result,
+    field: str | ArrayLike | None = None,
+    *,
+    points: ArrayLike | None = None,
+    file: str | None = None,
+    title: str | None = None,
+    label: str | None = None,
+    axes: "Axes | None" = None,
+) -> "Axes":
+    """Draws a field on its cloud: a line in 1-D, colours in 2-D, coloured points in 3-D.
+
+    Args:
+        result: of solve, apply or diagnose.
+        field: name of an output, or values [n]; by default the solution, or the first field there
+            is. Of a vector [n][d] the length is drawn.
+        points: [n][d]; by default those of the result or of its request.
+        file: where to save the picture (.png, .pdf, .svg).
+        title: text above the picture.
+        label: text beside the colours or the axis; by default the name of the field.
+        axes: where to draw; by default a new figure.
+
+    Returns:
+        The axes, for what you want to add.
+    """
+    x = points_of(result) if points is None else numpy.asarray(points, dtype=float)
+    x = x.reshape(len(x), -1)
+    values, name = field_of(result, field)
+    if len(values) != len(x):
+        raise ValueError(f"field has {len(values)} values for {len(x)} points")
+    if axes is None:
+        axes = new_axes(x.shape[1], screen=file is None)
+    draw = {1: draw_line, 2: draw_plane, 3: draw_space}[x.shape[1]]
+    draw(axes, x, values, name if label is None else label)
+    if title:
+        axes.set_title(title)
+    if file:
+        axes.figure.savefig(file, dpi=150, bbox_inches="tight")
+    return axes
+
+
+def points_of(result: Result) -> numpy.ndarray:
+    """Points of a result, or those its request gave."""
+    if "points" in result:
+        return result["points"]
+    cloud = result.request_inputs.get("cloud", {})
+    cloud = cloud.get("value", cloud)
+    if "points" in cloud:
+        return numpy.asarray(cloud["points"], dtype=float)
+    if "lattice" in cloud:
+        return lattice_points(cloud)
+    raise ValueError("the result has no points; give them as points=")
+
+
+def field_of(result: Result, field: str | ArrayLike | None) -> tuple[numpy.ndarray, str]:
+    """Values [n] to draw and their name."""
+    if field is None:
+        field = next((name for name in FIELDS if name in result), None)
+        if field is None:
+            raise ValueError("the result has no field to draw; name one as field=")
+    name = field if isinstance(field, str) else ""
+    values = numpy.asarray(result[field] if isinstance(field, str) else field, dtype=float)
+    if values.ndim == 2:
+        return numpy.linalg.norm(values, axis=1), f"|{name}|" if name else ""
+    return values, name
+
+
+def new_axes(dim: int, screen: bool) -> "Axes":
+    """Axes of a figure of their own; without a screen where a file is all that is wanted."""
+    if screen:
+        from matplotlib import pyplot
+
+        figure = pyplot.figure(layout="constrained")
+    else:
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+        from matplotlib.figure import Figure
+
+        figure = Figure(figsize=(6.4, 4.8), layout="constrained")
+        FigureCanvasAgg(figure)
+    return figure.add_subplot(projection="3d" if dim == 3 else None)
+
+
+def draw_line(axes: "Axes", x: numpy.ndarray, values: numpy.ndarray, name: str) -> None:
+    order = numpy.argsort(x[:, 0])
+    marker = "." if len(x) <= 200 else ""
+    axes.plot(x[order, 0], values[order], color="#31688e", marker=marker, linewidth=1.5)
+    axes.set(xlabel="x", ylabel=name)
+    axes.grid(alpha=0.3)
+
+
+def draw_plane(axes: "Axes", x: numpy.ndarray, values: numpy.ndarray, name: str) -> None:
+    triangles = triangulation(x)
+    if triangles is None:
+        colours = axes.scatter(x[:, 0], x[:, 1], c=values, s=12, cmap="viridis")
+    else:
+        colours = axes.tripcolor(triangles, values, shading="gouraud", cmap="viridis")
+        if numpy.ptp(values) > 0:
+            axes.tricontour(triangles, values, levels=10, colors="white", linewidths=0.5, alpha=0.5)
+    if triangles is not None and len(x) <= DOTS_UP_TO:
+        axes.plot(x[:, 0], x[:, 1], ".", color="black", markersize=1.5, alpha=0.35)
+    beside = axes.inset_axes([1.03, 0, 0.04, 1])  # as high as the cloud, however flat
+    axes.figure.colorbar(colours, cax=beside, label=name)
+    axes.set(xlabel="x", ylabel="y", aspect="equal")
+
+
+def triangulation(x: numpy.ndarray) -> Any:
+    """Delaunay triangles of a planar cloud but for those across holes; None if there are none."""
+    from matplotlib.tri import Triangulation
+
+    try:
+        made = Triangulation(x[:, 0], x[:, 1])
+    except (RuntimeError, ValueError):
+        return None
+    corners = made.triangles
+    sides = numpy.linalg.norm(x[corners] - x[numpy.roll(corners, 1, axis=1)], axis=2)
+    spacing = numpy.full(len(x), numpy.inf)
+    for k in range(3):
+        for end in (corners, numpy.roll(corners, 1, axis=1)):
+            numpy.minimum.at(spacing, end[:, k], sides[:, k])
+    too_long = sides.max(axis=1) > LONG * spacing[corners].mean(axis=1)
+    if too_long.all():
+        return None
+    made.set_mask(too_long)
+    return made
+
+
+def draw_space(axes: "Axes", x: numpy.ndarray, values: numpy.ndarray, name: str) -> None:
+    shown = ~nearest_octant(x)
+    size = min(60.0, max(1.0, 9000.0 / len(x) ** (2 / 3)))  # dots that nearly touch
+    colours = axes.scatter(
+        *x[shown].T, c=values[shown], s=size, cmap="viridis", linewidths=0, depthshade=False
+    )
+    colours.set_clim(values.min(), values.max())
+    axes.figure.colorbar(colours, ax=axes, label=name, shrink=0.7, pad=0.1)
+    axes.set(xlabel="x", ylabel="y", zlabel="z")
+    axes.set_box_aspect(numpy.where(numpy.ptp(x, axis=0) > 0, numpy.ptp(x, axis=0), 1))
+
+
+def nearest_octant(x: numpy.ndarray) -> numpy.ndarray:
+    """Points in the eighth of the box next to the eye, left out to show what is inside."""
+    middle = (x.min(axis=0) + x.max(axis=0)) / 2
+    return (x[:, 0] > middle[0]) & (x[:, 1] < middle[1]) & (x[:, 2] > middle[2])

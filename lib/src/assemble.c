@@ -1,0 +1,271 @@
+#include "scatter/assemble.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "alloc.h"
+#include "points.h"
+#include "row.h"
+#include "row_buffer.h"
+
+/* Points handled between two appends to the system: bounds the memory of rows in the making. */
+enum { CHUNK_BLOCKS = 256, CHUNK = CHUNK_BLOCKS * SCT_POINTS_BLOCK };
+
+typedef struct {
+  const sct_stencil *stencil;
+  const sct_fields *fields;
+  const sct_boundary *boundary;
+  bool diffuses;       /* some diffusivity is positive */
+  int64_t chunk_first; /* first point of the chunk */
+  int64_t blocks;      /* of a chunk: no more than the cloud has */
+  row_buffer *buffers; /* [blocks] */
+  uint8_t *flags;      /* [n] of the row of each point */
+  sct_system *system;
+  int64_t matrix_capacity, coupling_capacity;
+} assembly;
+
+static int dim_of(const assembly *job) {
+  return sct_stencil_cloud(job->stencil)->dim;
+}
+
+/* ---- rows ---- */
+
+/* weight_k = weight_k + factor * more_k */
+static void accumulate(int64_t n, double factor, const double *more, double *weight) {
+  for (int64_t k = 0; k < n; k++) weight[k] += factor * more[k];
+}
+
+/* a_ij = (mu_i + mu_j)/2 l_ij - u_i . g_ij, in place of l_ij                       header, (2) */
+static sct_status equation_row(assembly *job, int64_t i, sct_room *room, sct_error *err) {
+  const sct_fields *fields = job->fields;
+  const int dim = dim_of(job);
+  const double *u = fields->velocity == NULL ? NULL : fields->velocity + i * dim;
+  const double *mu = fields->diffusivity;
+  bool moves = false;
+  for (int a = 0; u != NULL && a < dim; a++) moves = moves || u[a] != 0;
+  const int want =
+      (moves ? SCT_ROW_GRADIENT : 0) | (job->diffuses ? SCT_ROW_LAPLACIAN | SCT_ROW_SOLVE : 0);
+  sct_row row = {.n = 0};
+  if (want != 0) {
+    const sct_status status =
+        sct_stencil_row(job->stencil, i, want, moves ? u : NULL, mu[i], room, &row, err);
+    if (status != SCT_OK) return status;
+    job->flags[i] = (uint8_t)row.flags;
+  }
+  double *a_ij = room->laplacian;
+  for (int64_t k = 0; k < row.n; k++) {
+    a_ij[k] = job->diffuses ? 0.5 * (mu[i] + mu[row.index[k]]) * a_ij[k] : 0;
+  }
+  for (int a = 0; moves && a < dim; a++) accumulate(row.n, -u[a], row.gradient + a * row.n, a_ij);
+  const double k = fields->reaction == NULL ? 0 : fields->reaction[i];
+  return row_buffer_append(&job->buffers[(i - job->chunk_first) / SCT_POINTS_BLOCK], i,
+                           row_sum(row.n, a_ij) + k, row.n, row.index, a_ij, err);
+}
+
+/* c phi_i + sum_j n . g_ij (phi_j - phi_i) */
+static sct_status condition_row(assembly *job, int64_t i, sct_room *room, sct_error *err) {
+  const sct_boundary *boundary = job->boundary;
+  const int dim = dim_of(job);
+  const double *normal = boundary->normal + i * dim;
+  double length2 = 0;
+  sct_row row;
+  for (int a = 0; a < dim; a++) length2 += normal[a] * normal[a];
+  if (!(length2 > 0 && isfinite(length2))) {
+    return sct_fail(err, SCT_E_ARGUMENT, i,
+                    "has a condition on its normal derivative and no normal");
+  }
+  const sct_status status =
+      sct_stencil_row(job->stencil, i, SCT_ROW_GRADIENT, NULL, 0, room, &row, err);
+  if (status != SCT_OK) return status;
+  job->flags[i] = (uint8_t)row.flags;
+  double *weight = room->laplacian;
+  memset(weight, 0, (size_t)row.n * sizeof *weight);
+  for (int a = 0; a < dim; a++) {
+    accumulate(row.n, -normal[a] / sqrt(length2), row.gradient + a * row.n, weight);
+  }
+  const bool robin = boundary->condition[i] == SCT_ROBIN;
+  const double c = robin ? boundary->coefficient[i] : 0;
+  return row_buffer_append(&job->buffers[(i - job->chunk_first) / SCT_POINTS_BLOCK], i,
+                           row_sum(row.n, weight) + c, row.n, row.index, weight, err);
+}
+
+static sct_status assemble_point(void *context, int64_t i, sct_room *room, sct_error *err) {
+  assembly *job = context;
+  switch ((sct_condition)job->boundary->condition[i]) {
+    case SCT_DIRICHLET:
+      return SCT_OK;
+    case SCT_INTERIOR:
+      return equation_row(job, i, room, err);
+    default:
+      return condition_row(job, i, room, err);
+  }
+}
+
+/* ---- the system ---- */
+
+static sct_status csr_reserve(sct_csr *matrix, int64_t needed, int64_t *capacity, sct_error *err) {
+  if (needed <= *capacity) return SCT_OK;
+  const int64_t more = needed + needed / 2;
+  sct_status status = sct_realloc(&matrix->column, more, sizeof *matrix->column, err);
+  if (status == SCT_OK) status = sct_realloc(&matrix->value, more, sizeof *matrix->value, err);
+  if (status == SCT_OK) *capacity = more;
+  return status;
+}
+
+static void csr_push(sct_csr *matrix, int64_t *end, int32_t column, double value) {
+  matrix->column[*end] = column;
+  matrix->value[(*end)++] = value;
+}
+
+/* Splits the rows of a block into unknown and Dirichlet columns, behind what is there. Numbering
+ * unknowns in the order of points keeps columns ascending. */
+static sct_status append_block(assembly *job, const row_buffer *buffer, int64_t *next_row,
+                               sct_error *err) {
+  sct_system *system = job->system;
+  int64_t end = system->matrix->start[*next_row], coupled = system->coupling->start[*next_row];
+  sct_status status =
+      csr_reserve(system->matrix, end + buffer->entries, &job->matrix_capacity, err);
+  if (status == SCT_OK) {
+    status = csr_reserve(system->coupling, coupled + buffer->entries, &job->coupling_capacity, err);
+  }
+  if (status != SCT_OK) return status;
+  for (int64_t row = 0, e = 0; row < buffer->rows; row++) {
+    for (int64_t stop = e + buffer->length[row]; e < stop; e++) {
+      const int32_t point = buffer->column[e], unknown = system->row_of[point];
+      if (unknown >= 0) csr_push(system->matrix, &end, unknown, buffer->value[e]);
+      if (unknown < 0) csr_push(system->coupling, &coupled, point, buffer->value[e]);
+    }
+    system->matrix->start[++*next_row] = end;
+    system->coupling->start[*next_row] = coupled;
+  }
+  return SCT_OK;
+}
+
+static sct_status assemble_rows(assembly *job, const sct_work *work, sct_error *err) {
+  const int64_t n = job->system->n;
+  int64_t next_row = 0;
+  for (job->chunk_first = 0; job->chunk_first < n; job->chunk_first += CHUNK) {
+    const int64_t end = job->chunk_first + CHUNK < n ? job->chunk_first + CHUNK : n;
+    for (int64_t b = 0; b < job->blocks; b++) job->buffers[b].rows = job->buffers[b].entries = 0;
+    sct_status status =
+        sct_work_report(work, "assemble", (double)job->chunk_first / (double)n, err);
+    if (status == SCT_OK) {
+      status = sct_points_run(job->stencil, job->chunk_first, end, work, assemble_point, job, err);
+    }
+    for (int64_t b = 0; status == SCT_OK && b < job->blocks; b++) {
+      status = append_block(job, &job->buffers[b], &next_row, err);
+    }
+    if (status != SCT_OK) return status;
+  }
+  return SCT_OK;
+}
+
+static void number_unknowns(sct_system *system, const uint8_t *condition) {
+  int64_t row = 0;
+  for (int64_t i = 0; i < system->n; i++) {
+    system->row_of[i] = condition[i] == SCT_DIRICHLET ? -1 : (int32_t)row;
+    if (condition[i] == SCT_DIRICHLET) continue;
+    system->point_of[row] = (int32_t)i;
+    system->is_equation[row++] = condition[i] == SCT_INTERIOR;
+  }
+}
+
+static sct_status check_fields(int64_t n, const sct_fields *fields, bool *diffuses,
+                               sct_error *err) {
+  *diffuses = false;
+  for (int64_t i = 0; i < n; i++) {
+    const double mu = fields->diffusivity[i];
+    if (!(mu >= 0 && isfinite(mu))) {
+      return sct_fail(err, SCT_E_ARGUMENT, i, "has diffusivity %g, needs zero or more", mu);
+    }
+    *diffuses = *diffuses || mu > 0;
+  }
+  return SCT_OK;
+}
+
+static sct_status system_new(int64_t n, const uint8_t *condition, sct_system **out,
+                             sct_error *err) {
+  sct_system *system = NULL;
+  sct_status status = sct_alloc_zero(&system, 1, sizeof *system, err);
+  if (status != SCT_OK) return status;
+  system->n = n;
+  for (int64_t i = 0; i < n; i++) system->unknowns += condition[i] != SCT_DIRICHLET;
+  const int64_t m = system->unknowns;
+  status = sct_alloc(&system->row_of, n, sizeof *system->row_of, err);
+  if (status == SCT_OK) status = sct_alloc(&system->point_of, m, sizeof *system->point_of, err);
+  if (status == SCT_OK) {
+    status = sct_alloc(&system->is_equation, m, sizeof *system->is_equation, err);
+  }
+  if (status == SCT_OK) status = sct_alloc(&system->load, m, sizeof *system->load, err);
+  if (status == SCT_OK) status = sct_csr_new(m, m, 0, &system->matrix, err);
+  if (status == SCT_OK) status = sct_csr_new(m, n, 0, &system->coupling, err);
+  if (status == SCT_OK) number_unknowns(system, condition);
+  if (status != SCT_OK) sct_system_free(&system);
+  *out = system;
+  return status;
+}
+
+static void count_flags(const assembly *job) {
+  for (int64_t i = 0; i < job->system->n; i++) {
+    job->system->widened += (job->flags[i] & SCT_ROW_WIDENED) != 0;
+    job->system->fallback += (job->flags[i] & SCT_ROW_FALLBACK) != 0;
+  }
+}
+
+static void assembly_clear(assembly *job) {
+  for (int64_t b = 0; job->buffers != NULL && b < job->blocks; b++)
+    row_buffer_clear(&job->buffers[b]);
+  sct_release(&job->buffers);
+  sct_release(&job->flags);
+}
+
+sct_status sct_system_build(const sct_stencil *stencil, const sct_fields *fields,
+                            const sct_boundary *boundary, const sct_work *work, sct_system **out,
+                            sct_error *err) {
+  const int64_t n = sct_stencil_cloud(stencil)->n;
+  assembly job = {.stencil = stencil, .fields = fields, .boundary = boundary};
+  job.blocks = n < CHUNK ? (n + SCT_POINTS_BLOCK - 1) / SCT_POINTS_BLOCK : CHUNK_BLOCKS;
+  *out = NULL;
+  sct_status status = check_fields(n, fields, &job.diffuses, err);
+  if (status == SCT_OK) status = system_new(n, boundary->condition, &job.system, err);
+  if (status == SCT_OK && job.system->unknowns == 0) {
+    status = sct_fail(err, SCT_E_ARGUMENT, -1, "every point has a given value, nothing to solve");
+  }
+  if (status == SCT_OK) {
+    status = sct_alloc_zero(&job.buffers, job.blocks, sizeof *job.buffers, err);
+  }
+  if (status == SCT_OK) status = sct_alloc_zero(&job.flags, n, sizeof *job.flags, err);
+  if (status == SCT_OK) status = assemble_rows(&job, work, err);
+  if (status == SCT_OK) {
+    count_flags(&job);
+    sct_system_load(job.system, fields->source, boundary->value);
+  } else {
+    sct_system_free(&job.system);
+  }
+  assembly_clear(&job);
+  *out = job.system;
+  return status;
+}
+
+void sct_system_free(sct_system **system) {
+  if (*system == NULL) return;
+  sct_release(&(*system)->row_of);
+  sct_release(&(*system)->point_of);
+  sct_release(&(*system)->is_equation);
+  sct_release(&(*system)->load);
+  sct_csr_free(&(*system)->matrix);
+  sct_csr_free(&(*system)->coupling);
+  sct_release(system);
+}
+
+void sct_system_load(sct_system *system, const double *source, const double *value) {
+  for (int64_t row = 0; row < system->unknowns; row++) {
+    const double *from = system->is_equation[row] ? source : value;
+    system->load[row] = from == NULL ? 0 : from[system->point_of[row]];
+  }
+}
+
+void sct_system_rhs(const sct_system *system, const double *phi, double *b) {
+  memcpy(b, system->load, (size_t)system->unknowns * sizeof *b);
+  sct_csr_multiply_add(system->coupling, -1, phi, b);
+}

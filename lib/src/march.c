@@ -1,0 +1,358 @@
+/* The march: from stop to stop (save times, end), step by step, the same for every scheme; what
+ * differs are the weights (march_scheme.h) and the rows that need a solve (march_matrix.h). */
+#include "scatter/march.h"
+
+#include <inttypes.h>
+#include <math.h>
+#include <string.h>
+
+#include "alloc.h"
+#include "march_growth.h"
+#include "march_matrix.h"
+#include "march_scheme.h"
+
+typedef struct {
+  sct_system **system;
+  const sct_march_options *options;
+  const sct_march_problem *problem;
+  const sct_work *work;
+  sct_march_report *report;
+  double *phi;             /* [n] at time t */
+  double *y;               /* [unknowns] the unknowns of phi */
+  double *before;          /* [unknowns] one step earlier */
+  double *rhs;             /* [unknowns] of (1) in march_scheme.h */
+  double *load;            /* [unknowns] b */
+  double t;                /* time reached */
+  double dt;               /* longest step allowed */
+  double last;             /* last step taken, 0: none */
+  sct_solve_options solve; /* of the options, refinement off below 1e-14 */
+  double factored;         /* shift of the factored matrix, NaN: none */
+  double steps;            /* planned */
+  sct_march_matrix *matrix;
+  sct_march_growth growth;
+} marcher;
+
+/* Backward error of a step's solve: some roundings more than the best, for half the price; steps do
+ * not add them up, the schemes damp. */
+static const double step_tolerance = 1e-14;
+
+double sct_march_stable_step(const sct_system *system, int64_t *point) {
+  const sct_csr *const parts[] = {system->matrix, system->coupling};
+  double largest = 0;
+  if (point != NULL) *point = -1;
+  for (int64_t i = 0; i < system->unknowns; i++) {
+    double reach = 0; /* a_ii + sum_j |a_ij|: rightmost point of Gershgorin's disc */
+    if (!system->is_equation[i]) continue;
+    for (int p = 0; p < 2; p++) {
+      for (int64_t k = parts[p]->start[i]; k < parts[p]->start[i + 1]; k++) {
+        const double v = parts[p]->value[k];
+        reach += p == 0 && parts[p]->column[k] == i ? v : fabs(v);
+      }
+    }
+    if (reach > largest) {
+      largest = reach;
+      if (point != NULL) *point = system->point_of[i];
+    }
+  }
+  return 2 / largest;
+}
+
+static bool is_explicit(const marcher *m) {
+  return m->options->method == SCT_FORWARD_EULER;
+}
+
+static bool varies(const marcher *m, int what) {
+  return m->problem != NULL && (m->problem->varies & what) != 0;
+}
+
+/* -- plan ---------------------------------------------------------------------------------- */
+
+static sct_status check_times(const sct_march_options *o, sct_error *err) {
+  if (!isfinite(o->start) || !isfinite(o->end) || o->start >= o->end) {
+    return sct_fail(err, SCT_E_ARGUMENT, -1,
+                    "time goes from %g to %g, needs a start before the end", o->start, o->end);
+  }
+  for (int64_t k = 0; k < o->saves; k++) {
+    const double least = k == 0 ? o->start : nextafter(o->save[k - 1], INFINITY);
+    if (o->save[k] >= least && o->save[k] <= o->end) continue;
+    return sct_fail(err, SCT_E_ARGUMENT, -1,
+                    "save time %" PRId64 " is %.17g, needs ascending times from %g to %g", k,
+                    o->save[k], o->start, o->end);
+  }
+  return SCT_OK;
+}
+
+static sct_status check_options(const sct_march_options *o, sct_error *err) {
+  if ((unsigned)o->method >= SCT_MARCH_COUNT) {
+    return sct_fail(err, SCT_E_ARGUMENT, -1, "time scheme %d is unknown", (int)o->method);
+  }
+  if (!isfinite(o->step) || o->step < 0) {
+    return sct_fail(err, SCT_E_ARGUMENT, -1, "time step is %g, needs to be positive", o->step);
+  }
+  if (o->step == 0 && !(o->diffusion_number > 0 && isfinite(o->diffusion_number))) {
+    return sct_fail(err, SCT_E_ARGUMENT, -1,
+                    "without a time step the diffusion number is %g, needs to be positive",
+                    o->diffusion_number);
+  }
+  return check_times(o, err);
+}
+
+static int64_t stops(const sct_march_options *o) {
+  return o->saves > 0 && o->save[o->saves - 1] == o->end ? o->saves : o->saves + 1;
+}
+
+/* Stop k; -1 is the start. */
+static double stop(const sct_march_options *o, int64_t k) {
+  if (k < 0) return o->start;
+  return k < o->saves ? o->save[k] : o->end;
+}
+
+/* Steps of at most dt over a length; rounding must not add one. */
+static double steps_over(double length, double dt) {
+  return ceil(length / dt * (1 - 1e-10));
+}
+
+static sct_status plan(marcher *m, sct_error *err) {
+  const sct_march_options *o = m->options;
+  const double most = o->max_steps > 0 ? (double)o->max_steps : 0x1p53;
+  if (o->step == 0 || is_explicit(m)) {
+    m->report->stable_step = sct_march_stable_step(*m->system, NULL);
+  }
+  m->dt = o->step > 0 ? o->step : o->diffusion_number * m->report->stable_step;
+  m->dt = fmin(m->dt, o->end - o->start);
+  for (int64_t k = 0; k < stops(o); k++) {
+    m->steps += steps_over(stop(o, k) - stop(o, k - 1), m->dt);
+  }
+  if (m->steps <= most) return SCT_OK;
+  return sct_fail(err, SCT_E_LIMIT, -1, "%.0f steps of %g from %g to %g, limit is %.0f", m->steps,
+                  m->dt, o->start, o->end, most);
+}
+
+/* -- one step ------------------------------------------------------------------------------ */
+
+/* b = load - coupling phi */
+static void right_hand_side(const sct_system *system, const double *phi, double *b) {
+  memcpy(b, system->load, (size_t)system->unknowns * sizeof *b);
+  sct_csr_multiply_add(system->coupling, -1, phi, b);
+}
+
+static sct_status check_stable(marcher *m, sct_error *err) {
+  int64_t point;
+  if (!is_explicit(m)) return SCT_OK;
+  const double stable = sct_march_stable_step(*m->system, &point);
+  m->report->stable_step = fmin(m->report->stable_step, stable);
+  if (m->dt <= stable * (1 + 1e-9)) return SCT_OK;
+  return sct_fail(
+      err, SCT_E_UNSTABLE, point,
+      "gets forward Euler steps of %.6g, needs at most %.6g at t = %.9g; take a smaller "
+      "step or an implicit scheme",
+      m->dt, stable, m->t);
+}
+
+/* Brings system and Dirichlet values to time t, and what is known about them. */
+static sct_status advance(marcher *m, double t, sct_error *err) {
+  if (!varies(m, ~0)) return SCT_OK;
+  const int64_t n = (*m->system)->n, unknowns = (*m->system)->unknowns;
+  sct_status status = m->problem->advance(m->problem->context, t, m->system, m->phi, err);
+  if (status != SCT_OK) return status;
+  if ((*m->system)->n != n || (*m->system)->unknowns != unknowns) {
+    return sct_fail(err, SCT_E_ARGUMENT, -1, "the system changed size at t = %.9g", t);
+  }
+  if (m->growth.lift == NULL) return SCT_OK; /* at the start: taken in right after */
+  if (varies(m, SCT_VARIES_MATRIX)) {
+    m->factored = NAN;
+    status = sct_march_growth_matrix(&m->growth, *m->system, err);
+    if (status == SCT_OK) status = check_stable(m, err);
+  }
+  if (status == SCT_OK && varies(m, SCT_VARIES_MATRIX | SCT_VARIES_LOAD)) {
+    status = sct_march_growth_load(&m->growth, *m->system, err);
+  }
+  return status;
+}
+
+/* What the old time gives: rhs = now y + before y'' + explicit dt (b - A y). */
+static void old_part(marcher *m, sct_march_weights w, double dt) {
+  const sct_system *system = *m->system;
+  if (w.explicit != 0) {
+    right_hand_side(system, m->phi, m->load);
+    sct_csr_multiply_add(system->matrix, -1, m->y, m->load);
+  }
+  for (int64_t i = 0; i < system->unknowns; i++) {
+    m->rhs[i] = w.now * m->y[i];
+    if (w.before != 0) m->rhs[i] += w.before * m->before[i];
+    if (w.explicit != 0) m->rhs[i] += w.explicit * dt * m->load[i];
+  }
+}
+
+/* What the new time gives: rhs = rhs + implicit dt b'; condition rows b'. */
+static void new_part(marcher *m, sct_march_weights w, double dt) {
+  const sct_system *system = *m->system;
+  right_hand_side(system, m->phi, m->load);
+  for (int64_t i = 0; i < system->unknowns; i++) {
+    m->rhs[i] = system->is_equation[i] ? m->rhs[i] + w.implicit * dt * m->load[i] : m->load[i];
+  }
+}
+
+static sct_status factor(marcher *m, double shift, sct_error *err) {
+  if (m->factored == shift) return SCT_OK;
+  sct_status status = sct_march_matrix_factor(m->matrix, *m->system, shift, &m->solve, err);
+  m->factored = status == SCT_OK ? shift : NAN;
+  return status;
+}
+
+static void scatter(const marcher *m) {
+  const sct_system *system = *m->system;
+  for (int64_t i = 0; i < system->unknowns; i++) m->phi[system->point_of[i]] = m->y[i];
+}
+
+static void gather(const marcher *m) {
+  const sct_system *system = *m->system;
+  for (int64_t i = 0; i < system->unknowns; i++) m->y[i] = m->phi[system->point_of[i]];
+}
+
+static sct_status step(marcher *m, double t, double dt, sct_error *err) {
+  const sct_march_weights w = sct_march_weigh(m->options->method, m->last == 0 ? 0 : dt / m->last);
+  old_part(m, w, dt);
+  double *oldest = m->before;
+  m->before = m->y;
+  m->y = oldest;
+  sct_status status = advance(m, t, err);
+  if (status != SCT_OK) return status;
+  new_part(m, w, dt);
+  status = factor(m, w.implicit * dt, err);
+  if (status != SCT_OK) return status;
+  status = sct_march_matrix_solve(m->matrix, *m->system, m->rhs, m->y, err);
+  if (status != SCT_OK) return status;
+  scatter(m);
+  m->t = t;
+  m->last = dt;
+  m->report->steps++;
+  m->report->step = fmax(m->report->step, dt);
+  return sct_march_growth_check(&m->growth, *m->system, m->phi, t, dt, err);
+}
+
+/* -- from stop to stop --------------------------------------------------------------------- */
+
+/* The even step; the last one again if only rounding differs, so that its factors serve. */
+static double even_step(const marcher *m, double length, double steps) {
+  const double dt = length / steps;
+  return fabs(dt - m->last) <= 1e-11 * dt ? m->last : dt;
+}
+
+static sct_status run_to(marcher *m, double stop_time, sct_error *err) {
+  const double from = m->t, steps = steps_over(stop_time - from, m->dt);
+  const double dt = is_explicit(m) ? m->dt : even_step(m, stop_time - from, steps);
+  for (double k = 1; k <= steps; k++) {
+    const bool shortened = is_explicit(m) && k == steps;
+    sct_status status =
+        step(m, k == steps ? stop_time : from + k * dt, shortened ? stop_time - m->t : dt, err);
+    if (status != SCT_OK) return status;
+    status = sct_work_report(m->work, "march", (double)m->report->steps / m->steps, err);
+    if (status != SCT_OK) return status;
+  }
+  return SCT_OK;
+}
+
+static sct_status save(const marcher *m, sct_error *err) {
+  if (m->problem == NULL || m->problem->save == NULL) return SCT_OK;
+  return m->problem->save(m->problem->context, m->t, m->phi, err);
+}
+
+static sct_status run(marcher *m, sct_error *err) {
+  for (int64_t k = 0; k < stops(m->options); k++) {
+    sct_status status = run_to(m, stop(m->options, k), err);
+    if (status == SCT_OK) status = save(m, err);
+    if (status != SCT_OK) return status;
+  }
+  return SCT_OK;
+}
+
+/* -- begin and end ------------------------------------------------------------------------- */
+
+static sct_status allocate(marcher *m, sct_error *err) {
+  const int64_t unknowns = (*m->system)->unknowns;
+  double **const arrays[] = {&m->y, &m->before, &m->rhs, &m->load};
+  for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++) {
+    sct_status status = sct_alloc(arrays[k], unknowns, sizeof(double), err);
+    if (status != SCT_OK) return status;
+  }
+  return sct_march_matrix_new(*m->system, is_explicit(m), &m->matrix, err);
+}
+
+/* Condition rows of the initial values: what they hand to a rate at the old time must be what the
+ * conditions say, or a flux is late by a part of the first step. phi itself stays as given. */
+static sct_status settle(marcher *m, sct_march_matrix *conditions, sct_error *err) {
+  memcpy(m->rhs, m->y, (size_t)(*m->system)->unknowns * sizeof *m->rhs);
+  new_part(m, (sct_march_weights){0}, 0);
+  sct_status status = sct_march_matrix_factor(conditions, *m->system, 0, &m->solve, err);
+  if (status == SCT_E_SINGULAR && !is_explicit(m)) return SCT_OK; /* solved with the others only */
+  if (status == SCT_E_SINGULAR) {
+    return sct_fail(err, status, -1,
+                    "the condition rows are singular among themselves, which forward Euler solves "
+                    "alone; take an implicit scheme");
+  }
+  if (status != SCT_OK) return status;
+  return sct_march_matrix_solve(conditions, *m->system, m->rhs, m->y, err);
+}
+
+static sct_status settle_for_rate(marcher *m, sct_error *err) {
+  if (sct_march_weigh(m->options->method, 0).explicit == 0) return SCT_OK;
+  if (is_explicit(m)) {
+    sct_status status = settle(m, m->matrix, err);
+    if (status == SCT_OK) m->factored = 0;
+    return status;
+  }
+  sct_march_matrix *conditions;
+  sct_status status = sct_march_matrix_new(*m->system, true, &conditions, err);
+  if (status == SCT_OK) status = settle(m, conditions, err);
+  sct_march_matrix_free(&conditions);
+  return status;
+}
+
+static sct_status begin(marcher *m, sct_error *err) {
+  m->t = m->options->start;
+  m->factored = NAN;
+  m->solve = m->options->solve;
+  m->solve.tolerance = fmax(m->solve.tolerance, step_tolerance);
+  sct_status status = advance(m, m->t, err);
+  if (status == SCT_OK) status = allocate(m, err);
+  if (status == SCT_OK) status = sct_march_growth_new(*m->system, m->phi, &m->growth, err);
+  if (status == SCT_OK) status = plan(m, err);
+  if (status == SCT_OK) status = check_stable(m, err);
+  if (status == SCT_OK) status = sct_work_report(m->work, "march", 0, err);
+  if (status != SCT_OK) return status;
+  gather(m);
+  return settle_for_rate(m, err);
+}
+
+static void end(marcher *m) {
+  if (m->matrix != NULL) {
+    const sct_solve_report *solve = sct_march_matrix_report(m->matrix);
+    if (solve != NULL) m->report->solve = *solve;
+    m->report->factorisations = sct_march_matrix_factorisations(m->matrix);
+  }
+  sct_march_matrix_free(&m->matrix);
+  sct_march_growth_free(&m->growth);
+  sct_release(&m->y);
+  sct_release(&m->before);
+  sct_release(&m->rhs);
+  sct_release(&m->load);
+}
+
+sct_status sct_march(sct_system **system, const sct_march_options *options,
+                     const sct_march_problem *problem, const sct_work *work, double *phi,
+                     sct_march_report *report, sct_error *err) {
+  sct_march_report unread;
+  marcher m = {.system = system,
+               .options = options,
+               .problem = problem,
+               .work = work,
+               .phi = phi,
+               .report = report != NULL ? report : &unread};
+  *m.report = (sct_march_report){0};
+  sct_status status = check_options(options, err);
+  if (status == SCT_OK) status = begin(&m, err);
+  if (status == SCT_OK) status = run(&m, err);
+  end(&m);
+  return status;
+}

@@ -1,0 +1,361 @@
+/* The front of the table of solvers: checks, scales rows, refines, estimates; the packages only
+ * factor and substitute.
+ *
+ * Rows are scaled by powers of two, without rounding, before a package sees them: condition rows
+ * and equation rows differ by a factor h or more, and not every package scales. The packages get
+ * columns (their substitutions with A are up to a third faster than with the transpose), so a copy
+ * is made, and remembers for each entry where its value comes from. */
+#include "scatter/solve.h"
+
+#include <float.h>
+#include <limits.h>
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+#include <time.h>
+
+#include "alloc.h"
+#include "solve_kind.h"
+
+struct sct_solver {
+  const sct_solve_kind *kind;
+  void *state;             /* of kind */
+  sct_solve_matrix scaled; /* D A */
+  int *from;               /* [entries] entry of A behind an entry of D A */
+  double *scale;           /* [n] D, powers of two */
+  double tolerance;        /* backward error that needs no refinement */
+  double *work;            /* [4][n] scaled right-hand side, residual, its scale, second iterate */
+  const sct_csr *a;        /* the factored matrix, borrowed; NULL: none */
+  sct_solve_report report;
+};
+
+/* Below, the matrix is taken for singular: no digit of the solution would be sure. Laplacians with
+ * fluxes all around (1-D to 3-D, 11 to 1e5 points) come out at 1e-20 to 1.6e-16 by rounding. */
+static const double least_reciprocal_condition = 1e-15;
+
+static const sct_solve_kind *const kinds[] = {&sct_solve_umfpack, &sct_solve_klu};
+enum { KINDS = sizeof kinds / sizeof *kinds };
+
+const char *sct_solver_name(int k) {
+  return k >= 0 && k < KINDS ? kinds[k]->name : NULL;
+}
+
+/* Where KLU and UMFPACK cross over (tests/bench/bench_solve.md). */
+static const sct_solve_kind *automatic(int64_t rows, int dim) {
+  const int64_t small = dim == 3 ? 400 : 1000;
+  return rows < small || dim == 1 ? &sct_solve_klu : &sct_solve_umfpack;
+}
+
+static sct_status choose(const char *method, int64_t rows, int dim, const sct_solve_kind **kind,
+                         sct_error *err) {
+  *kind = automatic(rows, dim);
+  if (method == NULL || strcmp(method, "auto") == 0 || strcmp(method, "direct") == 0) return SCT_OK;
+  char known[128] = "auto, direct";
+  size_t length = strlen(known);
+  for (int k = 0; k < KINDS; k++) {
+    if (strcmp(method, kinds[k]->name) == 0) {
+      *kind = kinds[k];
+      return SCT_OK;
+    }
+    length += (size_t)snprintf(known + length, sizeof known - length, ", %s", kinds[k]->name);
+  }
+  return sct_fail(err, SCT_E_ARGUMENT, -1, "solver is \"%.40s\", known are %s", method, known);
+}
+
+static double now(void) {
+  struct timespec t;
+  clock_gettime(CLOCK_MONOTONIC, &t);
+  return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+static sct_status check_size(const sct_csr *a, sct_error *err) {
+  if (a->rows != a->columns || a->rows < 1) {
+    return sct_fail(err, SCT_E_ARGUMENT, -1,
+                    "matrix is %lld x %lld, needs as many rows as columns, at least one",
+                    (long long)a->rows, (long long)a->columns);
+  }
+  if (a->rows >= INT_MAX || sct_csr_entries(a) > INT_MAX) {
+    return sct_fail(err, SCT_E_LIMIT, -1, "matrix has %lld rows and %lld entries, limit is %d",
+                    (long long)a->rows, (long long)sct_csr_entries(a), INT_MAX);
+  }
+  return SCT_OK;
+}
+
+static bool row_is_sorted(const sct_csr *a, int64_t i) {
+  int64_t last = -1;
+  for (int64_t k = a->start[i]; k < a->start[i + 1]; k++) {
+    if (a->column[k] <= last || a->column[k] >= a->columns) return false;
+    last = a->column[k];
+  }
+  return a->start[i + 1] >= a->start[i];
+}
+
+static sct_status check_pattern(const sct_csr *a, sct_error *err) {
+  for (int64_t i = 0; i < a->rows; i++) {
+    if (row_is_sorted(a, i)) continue;
+    return sct_fail(err, SCT_E_ARGUMENT, -1, "columns of row %lld are not ascending below %lld",
+                    (long long)i, (long long)a->columns);
+  }
+  return SCT_OK;
+}
+
+/* The pattern of A by columns: entries of column j go to start[j] and on, rows ascending. */
+static void transpose_pattern(const sct_csr *a, sct_solve_matrix *m, int *from) {
+  const int entries = (int)sct_csr_entries(a);
+  memset(m->start, 0, (size_t)(m->n + 1) * sizeof *m->start);
+  for (int k = 0; k < entries; k++) m->start[a->column[k] + 1]++;
+  for (int j = 0; j < m->n; j++) m->start[j + 1] += m->start[j];
+  for (int i = 0; i < m->n; i++) {
+    for (int k = (int)a->start[i]; k < a->start[i + 1]; k++) {
+      const int p = m->start[a->column[k]]++; /* start[j] runs to the end of column j ... */
+      m->row[p] = i;
+      m->value[p] = 1;
+      from[p] = k;
+    }
+  }
+  memmove(m->start + 1, m->start, (size_t)m->n * sizeof *m->start); /* ... the start of j + 1 */
+  m->start[0] = 0;
+}
+
+static sct_status copy_pattern(const sct_csr *a, sct_solver *s, sct_error *err) {
+  const int64_t entries = sct_csr_entries(a);
+  s->scaled.n = (int)a->rows;
+  const struct {
+    void *array;
+    int64_t n;
+    size_t size;
+  } arrays[] = {
+      {&s->scaled.start, a->rows + 1, sizeof(int)}, {&s->scaled.row, entries, sizeof(int)},
+      {&s->scaled.value, entries, sizeof(double)},  {&s->from, entries, sizeof(int)},
+      {&s->scale, a->rows, sizeof(double)},         {&s->work, 4 * a->rows, sizeof(double)},
+  };
+  for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++) {
+    sct_status status = sct_alloc(arrays[k].array, arrays[k].n, arrays[k].size, err);
+    if (status != SCT_OK) return status;
+  }
+  transpose_pattern(a, &s->scaled, s->from);
+  return SCT_OK;
+}
+
+sct_status sct_solver_analyse(const sct_csr *a, const sct_solve_options *options,
+                              sct_solver **solver, sct_error *err) {
+  static const sct_solve_options defaults = {0, "auto", 0};
+  if (options == NULL) options = &defaults;
+  const double begin = now();
+  sct_solver *s = NULL;
+  const sct_solve_kind *kind;
+  sct_status status = check_size(a, err);
+  if (status != SCT_OK) goto done;
+  status = check_pattern(a, err);
+  if (status != SCT_OK) goto done;
+  status = choose(options->method, a->rows, options->dim, &kind, err);
+  if (status != SCT_OK) goto done;
+  status = sct_alloc_zero(&s, 1, sizeof *s, err);
+  if (status != SCT_OK) goto done;
+  status = copy_pattern(a, s, err);
+  if (status != SCT_OK) goto done;
+  s->kind = kind;
+  s->tolerance = fmax(options->tolerance, DBL_EPSILON);
+  s->report.method = kind->name;
+  s->report.rows = a->rows;
+  s->report.nonzeros = sct_csr_entries(a);
+  status = kind->analyse(&s->scaled, options, &s->state, &s->report, err);
+  s->report.seconds_factor = now() - begin;
+done:
+  if (status != SCT_OK) sct_solver_free(&s);
+  *solver = s;
+  return status;
+}
+
+void sct_solver_free(sct_solver **solver) {
+  sct_solver *s = *solver;
+  if (s == NULL) return;
+  if (s->state != NULL) s->kind->free(s->state);
+  sct_release(&s->scaled.start);
+  sct_release(&s->scaled.row);
+  sct_release(&s->scaled.value);
+  sct_release(&s->from);
+  sct_release(&s->scale);
+  sct_release(&s->work);
+  sct_release(solver);
+}
+
+const sct_solve_report *sct_solver_report(const sct_solver *solver) {
+  return &solver->report;
+}
+
+/* D: brings the largest entry of row i to [1/2, 1). */
+static sct_status find_scale(const sct_csr *a, int64_t i, double *scale, sct_error *err) {
+  double largest = 0;
+  bool finite = true;
+  for (int64_t k = a->start[i]; k < a->start[i + 1]; k++) {
+    largest = fmax(largest, fabs(a->value[k]));
+    finite = finite && isfinite(a->value[k]);
+  }
+  if (!finite) {
+    return sct_fail(err, SCT_E_NOT_FINITE, -1, "row %lld of the matrix is not finite",
+                    (long long)i);
+  }
+  if (largest < DBL_MIN) {
+    return sct_fail(err, SCT_E_SINGULAR, -1, "row %lld of %lld of the matrix is zero", (long long)i,
+                    (long long)a->rows);
+  }
+  int exponent;
+  frexp(largest, &exponent);
+  *scale = ldexp(1, -exponent);
+  return SCT_OK;
+}
+
+/* Values of D A; false if an entry of A is not where it was analysed. */
+static bool copy_values(sct_solver *s, const sct_csr *a) {
+  const sct_solve_matrix *m = &s->scaled;
+  for (int j = 0; j < m->n; j++) {
+    for (int p = m->start[j]; p < m->start[j + 1]; p++) {
+      const int i = m->row[p], k = s->from[p];
+      if (a->column[k] != j || k < a->start[i] || k >= a->start[i + 1]) return false;
+      m->value[p] = s->scale[i] * a->value[k];
+    }
+  }
+  return true;
+}
+
+static sct_status take_values(sct_solver *s, const sct_csr *a, sct_error *err) {
+  const int n = s->scaled.n;
+  bool same = a->rows == n && a->columns == n && sct_csr_entries(a) == s->scaled.start[n];
+  for (int i = 0; same && i < n; i++) {
+    sct_status status = find_scale(a, i, &s->scale[i], err);
+    if (status != SCT_OK) return status;
+  }
+  if (same && copy_values(s, a)) return SCT_OK;
+  return sct_fail(err, SCT_E_ARGUMENT, -1, "the matrix has not the pattern that was analysed");
+}
+
+static double max_abs(const double *x, int n, int *at) {
+  double largest = 0;
+  for (int i = 0; i < n; i++) {
+    if (!(fabs(x[i]) <= largest)) {
+      largest = fabs(x[i]);
+      *at = i;
+    }
+  }
+  return largest;
+}
+
+/* 1 / || |A^-1| |A| e ||, Skeel's condition number, which no scaling of rows changes: with
+ * w = |DA| e it is the largest row sum of C = (DA)^-1 diag(w). Two steps of Hager's method:
+ * z = C e is exact where A^-1 >= 0 (an M-matrix), a lower bound else; then the row sum of the row j
+ * where |z| is largest. A method of two substitutions, so that every factorisation can afford it
+ * (the pivots' ratio, which the packages offer, is off by factors of h^-2). */
+static sct_status reciprocal_condition(sct_solver *s, double *rcond, sct_error *err) {
+  const sct_solve_matrix *m = &s->scaled;
+  double *w = s->work, *z = w + m->n, *e = z + m->n, *y = e + m->n;
+  memset(w, 0, (size_t)m->n * sizeof *w);
+  for (int p = 0; p < m->start[m->n]; p++) w[m->row[p]] += fabs(m->value[p]);
+  sct_status status = s->kind->solve(s->state, m, w, false, z, err);
+  if (status != SCT_OK) return status;
+  int j = 0;
+  const double first = max_abs(z, m->n, &j);
+  memset(e, 0, (size_t)m->n * sizeof *e);
+  e[j] = 1;
+  status = s->kind->solve(s->state, m, e, true, y, err);
+  double second = 0;
+  for (int i = 0; i < m->n; i++) second += w[i] * fabs(y[i]);
+  *rcond = isfinite(first) && isfinite(second) ? 1 / fmax(first, second) : 0;
+  return status;
+}
+
+sct_status sct_solver_factor(sct_solver *solver, const sct_csr *a, sct_error *err) {
+  const double begin = now();
+  const double analysis = solver->a == NULL ? solver->report.seconds_factor : 0;
+  solver->a = NULL;
+  sct_status status = take_values(solver, a, err);
+  if (status != SCT_OK) return status;
+  status = solver->kind->factor(solver->state, &solver->scaled, &solver->report, err);
+  if (status != SCT_OK) return status;
+  double *rcond = &solver->report.reciprocal_condition;
+  status = reciprocal_condition(solver, rcond, err);
+  if (status != SCT_OK) return status;
+  if (*rcond < least_reciprocal_condition) {
+    return sct_fail(err, SCT_E_SINGULAR, -1, "reciprocal condition number is %.1e, needs %.0e",
+                    *rcond, least_reciprocal_condition);
+  }
+  solver->a = a;
+  solver->report.seconds_factor = analysis + now() - begin;
+  return SCT_OK;
+}
+
+/* x = A^-1 b = (DA)^-1 D b, or A^-T b = D (DA)^-T b. */
+static sct_status substitute(sct_solver *s, const double *b, bool transposed, double *x,
+                             sct_error *err) {
+  const int n = s->scaled.n;
+  double *rhs = s->work;
+  if (transposed) {
+    sct_status status = s->kind->solve(s->state, &s->scaled, b, true, x, err);
+    for (int i = 0; status == SCT_OK && i < n; i++) x[i] *= s->scale[i];
+    return status;
+  }
+  for (int i = 0; i < n; i++) rhs[i] = s->scale[i] * b[i];
+  return s->kind->solve(s->state, &s->scaled, rhs, false, x, err);
+}
+
+static bool all_finite(const double *x, int n) {
+  for (int i = 0; i < n; i++) {
+    if (!isfinite(x[i])) return false;
+  }
+  return true;
+}
+
+/* Residual r and max |r| / scale, infinity if x is not finite. */
+static double backward_error(sct_solver *s, const double *x, const double *b, bool transposed) {
+  const int n = s->scaled.n;
+  double *r = s->work + n, *scale = r + n, worst = 0;
+  if (!all_finite(x, n)) return INFINITY;
+  (transposed ? sct_csr_residual_transposed : sct_csr_residual)(s->a, x, b, r, scale);
+  for (int i = 0; i < n; i++) {
+    if (r[i] != 0) worst = fmax(worst, fabs(r[i]) / scale[i]);
+  }
+  return worst;
+}
+
+/* One step x + A^-1 r, kept where it lowers the backward error. */
+static sct_status refine(sct_solver *s, const double *b, bool transposed, double *x,
+                         sct_error *err) {
+  const int n = s->scaled.n;
+  double *r = s->work + n, *second = r + 2 * (int64_t)n;
+  sct_status status = substitute(s, r, transposed, second, err);
+  if (status != SCT_OK) return status;
+  for (int i = 0; i < n; i++) second[i] += x[i];
+  const double error = backward_error(s, second, b, transposed);
+  s->report.iterations = 1;
+  if (error < s->report.residual) {
+    s->report.residual = error;
+    memcpy(x, second, (size_t)n * sizeof *x);
+  }
+  return SCT_OK;
+}
+
+sct_status sct_solver_solve(sct_solver *solver, const double *b, bool transposed, double *x,
+                            sct_error *err) {
+  const double begin = now();
+  const int n = solver->scaled.n;
+  sct_solve_report *report = &solver->report;
+  if (solver->a == NULL) return sct_fail(err, SCT_E_ARGUMENT, -1, "nothing is factored");
+  if (!all_finite(b, n)) {
+    return sct_fail(err, SCT_E_NOT_FINITE, -1, "the right-hand side is not finite");
+  }
+  sct_status status = substitute(solver, b, transposed, x, err);
+  if (status != SCT_OK) return status;
+  report->iterations = 0;
+  report->residual = backward_error(solver, x, b, transposed);
+  if (report->residual > solver->tolerance && isfinite(report->residual)) {
+    status = refine(solver, b, transposed, x, err);
+  }
+  if (status != SCT_OK) return status;
+  if (!isfinite(report->residual)) {
+    return sct_fail(err, SCT_E_SINGULAR, -1,
+                    "the solution is not finite, reciprocal condition %.1e",
+                    report->reciprocal_condition);
+  }
+  report->seconds_solve = now() - begin;
+  return SCT_OK;
+}

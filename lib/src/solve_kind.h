@@ -1,0 +1,37 @@
+/* solve_kind.h - a row of the table of solvers: what a package has to offer to be one.
+ *
+ * solve.c, the front, has checked everything before a row is called: the matrix is square, its
+ * pattern is the analysed one, its rows are scaled to a largest entry in [1/2, 1), all numbers are
+ * finite. A row only translates, into the package's calls and back into sct_status.
+ */
+#ifndef SCATTER_SOLVE_KIND_H
+#define SCATTER_SOLVE_KIND_H
+
+#include "scatter/solve.h"
+
+/* A scaled copy D A of the caller's matrix, by columns, in the integers of the packages. */
+typedef struct {
+  int n;
+  int *start;    /* [n+1] */
+  int *row;      /* [start[n]] ascending within a column */
+  double *value; /* [start[n]] ones during analysis: packages look at what is not zero */
+} sct_solve_matrix;
+
+typedef struct {
+  const char *name;
+  /* *state = what the package keeps of the pattern. Sets ordering in the report. */
+  sct_status (*analyse)(const sct_solve_matrix *a, const sct_solve_options *options, void **state,
+                        sct_solve_report *report, sct_error *err);
+  /* Factors, replacing earlier factors. Sets factor_nonzeros and peak_bytes in the report.
+   * SCT_E_SINGULAR on a zero pivot. */
+  sct_status (*factor)(void *state, const sct_solve_matrix *a, sct_solve_report *report,
+                       sct_error *err);
+  /* x = A^-1 b or A^-T b, with neither refinement nor allocation. */
+  sct_status (*solve)(void *state, const sct_solve_matrix *a, const double *b, bool transposed,
+                      double *x, sct_error *err);
+  void (*free)(void *state); /* of analyse, never NULL */
+} sct_solve_kind;
+
+extern const sct_solve_kind sct_solve_umfpack, sct_solve_klu;
+
+#endif

@@ -1,0 +1,452 @@
+#!/usr/bin/env python3
+"""Makes the documents that the daemon serves out of the schema files beside this script.
+
+    build.py [--version V] OUTPUT_DIRECTORY
+
+writes landing.json, conformance.json, processes.json, processes/<id>.json, openapi.json and
+api.html. Absolute links begin with {B}, which the daemon replaces by its own address. The schema
+files refer to each other by {"$ref": "cloud.json"}; process descriptions have these resolved.
+Needs the standard library only. Tests import it for load(), inline(), request_schema() and
+result_schema().
+"""
+
+import argparse
+import json
+import pathlib
+
+import page
+
+HERE = pathlib.Path(__file__).resolve().parent
+RELATION = "http://www.opengis.net/def/rel/ogc/1.0/"
+CONFORMANCE = "http://www.opengis.net/spec/ogcapi-processes-1/1.0/conf/"
+CLASSES = ["core", "json", "oas30", "ogc-process-description"]
+PROCESSES = ["solve", "apply", "diagnose", "echo"]
+JSON = "application/json"
+CBOR = "application/cbor"
+PROBLEM = "application/problem+json"
+OPENAPI = "application/vnd.oai.openapi+json;version=3.0"
+HTML = "text/html"
+PAGE = {"description": "The same for reading.", "type": "string"}
+TITLE = "scatterd"
+ABOUT = "Partial differential equations solved on scattered particle clouds, over HTTP."
+
+
+# --- Schemas -----------------------------------------------------------------------------------
+
+
+def load(name):
+    """The schema file of that name, such as cloud.json, as it stands."""
+    return json.loads((HERE / name).read_text(encoding="utf-8"))
+
+
+def schema_names():
+    """Names of all schema files."""
+    return sorted(path.name for path in HERE.glob("*.json"))
+
+
+def process(name):
+    """Source of a process description."""
+    return load(f"processes/{name}.json")
+
+
+def inline(schema):
+    """The schema with every $ref replaced by what it refers to, and without $schema."""
+    if isinstance(schema, list):
+        return [inline(item) for item in schema]
+    if not isinstance(schema, dict):
+        return schema
+    if "$ref" in schema:
+        return inline(load(schema["$ref"]))
+    whole = {key: inline(value) for key, value in schema.items() if key != "$schema"}
+    return merged(whole)
+
+
+def merged(schema):
+    """{"description": .., "allOf": [one]} is how a reference gets a description of its own."""
+    if len(schema.get("allOf", [])) != 1:
+        return schema
+    own = {key: value for key, value in schema.items() if key != "allOf"}
+    return {**schema["allOf"][0], **own}
+
+
+def refer(schema):
+    """The schema with every $ref turned to the components of an OpenAPI document."""
+    if isinstance(schema, list):
+        return [refer(item) for item in schema]
+    if not isinstance(schema, dict):
+        return schema
+    if "$ref" in schema:
+        return component(schema["$ref"].removesuffix(".json"))
+    return {key: refer(value) for key, value in schema.items() if key != "$schema"}
+
+
+def component(name):
+    return {"$ref": f"#/components/schemas/{name}"}
+
+
+def object_schema(properties, required, description):
+    schema = {"type": "object", "description": description, "additionalProperties": False}
+    if required:
+        schema["required"] = required
+    return {**schema, "properties": properties}
+
+
+def names_required(members):
+    return [name for name, member in members.items() if member.get("required")]
+
+
+def is_object(schema):
+    """Whether values of this schema are objects, which a result document puts under "value"."""
+    return inline(schema).get("type") == "object"
+
+
+def input_schema(schema):
+    """An input bare, or as the qualified value of OGC API - Processes."""
+    return {"anyOf": [schema, qualified(schema)]}
+
+
+def qualified(schema):
+    members = {
+        "value": schema,
+        "mediaType": {"description": "Media type of the value.", "type": "string"},
+        "encoding": {"description": "Encoding of the value.", "type": "string"},
+        "schema": {"description": "Schema the value follows."},
+    }
+    return object_schema(members, ["value"], "The value with what qualifies it.")
+
+
+def request_schema(name):
+    """Schema of the body of an execute request, with references between files."""
+    source = process(name)
+    inputs = {key: input_schema(item["schema"]) for key, item in source["inputs"].items()}
+    outputs = {key: {"$ref": "output-request.json"} for key in source["outputs"]}
+    response = {
+        "description": "document: all outputs in one object; raw: one output bare.",
+        "type": "string",
+        "enum": ["document", "raw"],
+        "default": "document",
+    }
+    members = {
+        "inputs": object_schema(inputs, names_required(source["inputs"]), "Inputs by name."),
+        "outputs": object_schema(outputs, [], "Outputs wanted; left out: all there are."),
+        "response": response,
+        "subscriber": {"$ref": "subscriber.json"},
+    }
+    about = f"Execute request of {name}; members not named here are passed over."
+    return {"type": "object", "description": about, "required": ["inputs"], "properties": members}
+
+
+def result_schema(name):
+    """Schema of the result document of a process, with references between files."""
+    outputs = process(name)["outputs"]
+    return {
+        "type": "object",
+        "description": f"Results of {name}: those wanted, objects under `value`.",
+        "properties": {key: output_schema(item["schema"]) for key, item in outputs.items()},
+    }
+
+
+def output_schema(schema):
+    if not is_object(schema):
+        return schema
+    return {
+        "type": "object",
+        "description": "The object under `value`.",
+        "required": ["value"],
+        "properties": {"value": schema},
+    }
+
+
+# --- Process descriptions ----------------------------------------------------------------------
+
+
+def link(path, rel, media, title):
+    return {"href": "{B}" + path, "rel": rel, "type": media, "title": title}
+
+
+def summary(name, version):
+    source = process(name)
+    return {
+        "id": name,
+        "title": source["title"],
+        "description": source["description"],
+        "version": version,
+        "keywords": source["keywords"],
+        "jobControlOptions": ["sync-execute"],
+        "outputTransmission": ["value"],
+        "links": [
+            link(f"/processes/{name}", "self", JSON, "Description of this process"),
+            link(f"/processes/{name}/execution", RELATION + "execute", JSON, "Run this process"),
+        ],
+    }
+
+
+def description(name, version):
+    source = process(name)
+    whole = summary(name, version)
+    links = whole.pop("links") + [link("/processes", "up", JSON, "All processes")]
+    inputs = {key: described_input(item) for key, item in source["inputs"].items()}
+    outputs = {key: described(item) for key, item in source["outputs"].items()}
+    return {**whole, "inputs": inputs, "outputs": outputs, "links": links}
+
+
+def described(item):
+    return {
+        "title": item["title"],
+        "description": item["description"],
+        "schema": inline(item["schema"]),
+    }
+
+
+def described_input(item):
+    return {**described(item), "minOccurs": 1 if item.get("required") else 0, "maxOccurs": 1}
+
+
+def process_list(version):
+    return {
+        "processes": [summary(name, version) for name in PROCESSES],
+        "links": [link("/processes", "self", JSON, "This list")],
+    }
+
+
+def landing():
+    return {
+        "title": TITLE,
+        "description": ABOUT,
+        "links": [
+            link("/", "self", JSON, "This page"),
+            link("/api", "service-desc", OPENAPI, "The interface, as OpenAPI"),
+            link("/api", "service-doc", "text/html", "The interface, for reading"),
+            link("/conformance", "conformance", JSON, "Conformance classes"),
+            link("/conformance", RELATION + "conformance", JSON, "Conformance classes"),
+            link("/processes", RELATION + "processes", JSON, "The processes"),
+        ],
+    }
+
+
+def conformance():
+    return {"conformsTo": [CONFORMANCE + name for name in CLASSES]}
+
+
+# --- OpenAPI -----------------------------------------------------------------------------------
+
+FAILURES = {
+    "400": "The request or one of its values is wrong; `errors` points to the culprits.",
+    "404": "There is no such resource.",
+    "406": "None of the media types or codings accepted can be served.",
+    "408": "The request did not arrive in time.",
+    "411": "There is no body.",
+    "413": "The body is larger than the limit.",
+    "414": "The address is too long.",
+    "415": "The media type or content coding of the body is unknown.",
+    "422": "The problem is well formed but cannot be solved, or not within the memory of a worker.",
+    "431": "The header is too large.",
+    "500": "The worker failed.",
+    "501": "The transfer coding of the body is unknown.",
+    "503": "No worker is free or memory is short; Retry-After says when to come back.",
+    "504": "The time limit was reached.",
+    "507": "There is no room for the body.",
+}
+OF_EVERY_REQUEST = ("400", "408", "414", "431", "503")
+OF_EXECUTION = ("404", "406", "411", "413", "415", "422", "500", "501", "504", "507")
+ABOUT_PATHS = (
+    " HEAD works wherever GET does; OPTIONS tells the methods of a path. A method that a path does "
+    "not know is answered 405 with Allow, any other path 404. Every failure is a problem document "
+    "(RFC 9457), also readable as application/json."
+)
+
+
+def body(schema, *media):
+    return {name: {"schema": PAGE if name == HTML else schema} for name in media}
+
+
+def answer(text, schema, *media):
+    return {"description": text, "content": body(schema, *media)}
+
+
+def failures(*statuses):
+    return {status: {"$ref": f"#/components/responses/{status}"} for status in statuses}
+
+
+def get(identifier, tag, text, schema, *statuses, media=(JSON,), parameters=()):
+    """A GET operation: its identifier, subject, sentence, schema and failures."""
+    failed = failures(*OF_EVERY_REQUEST, *statuses)
+    operation = {
+        "operationId": identifier,
+        "tags": [tag],
+        "summary": text,
+        "responses": {"200": answer(text, schema, *media), **failed},
+    }
+    if parameters:
+        operation["parameters"] = list(parameters)
+    return {"get": operation, "head": head_of(operation), "options": options(identifier, tag)}
+
+
+def head_of(operation):
+    """HEAD: a GET whose answer has no body."""
+    found = {"description": operation["responses"]["200"]["description"]}
+    return {
+        **operation,
+        "operationId": operation["operationId"] + "Head",
+        "summary": "The header of GET alone.",
+        "responses": {**operation["responses"], "200": found},
+    }
+
+
+def options(identifier, tag):
+    """OPTIONS: the methods of a path, for web pages of other origins."""
+    return {
+        "operationId": identifier + "Options",
+        "tags": [tag],
+        "summary": "The methods of this path.",
+        "responses": {"204": {"description": "Allow names them."}, **failures(*OF_EVERY_REQUEST)},
+    }
+
+
+def parameter_limit():
+    return {
+        "name": "limit",
+        "in": "query",
+        "description": "How many processes to list at most (count); left out: all.",
+        "required": False,
+        "schema": {"type": "integer", "minimum": 1, "maximum": 10000},
+    }
+
+
+def parameter_process():
+    return {
+        "name": "processID",
+        "in": "path",
+        "description": "Name of the process.",
+        "required": True,
+        "schema": {"type": "string", "enum": PROCESSES},
+    }
+
+
+def execution():
+    """The POST operation that runs a process."""
+    requests = {"anyOf": [component(f"{name}-request") for name in PROCESSES]}
+    results = {"anyOf": [component(f"{name}-result") for name in PROCESSES]}
+    failed = failures(*OF_EVERY_REQUEST, *OF_EXECUTION)
+    operation = {
+        "operationId": "execute",
+        "tags": ["execution"],
+        "summary": "Run a process and wait for its results.",
+        "description": "Bodies are JSON or CBOR (typed arrays of RFC 8746) by Content-Type and "
+        "Accept, plain, gzip or zstd by Content-Encoding and Accept-Encoding. `response` raw with "
+        "one output gives its bare value.",
+        "requestBody": {"required": True, "content": body(requests, JSON, CBOR)},
+        "responses": {"200": answer("The results.", results, JSON, CBOR), **failed},
+    }
+    return {"post": operation, "options": options("execute", "execution")}
+
+
+def paths():
+    health = component("health")
+    landed = component("landing")
+    home = get("landing", "service", "Landing page.", landed, "406", media=(JSON, HTML))
+    document = {"description": "This document.", "type": "object"}
+    api = get("api", "service", "This document.", document, "406", media=(OPENAPI, JSON, HTML))
+    one = get(
+        "description",
+        "processes",
+        "One process with its inputs and outputs.",
+        component("process-description"),
+        "404",
+        "406",
+    )
+    every = get(
+        "processes",
+        "processes",
+        "The processes.",
+        component("process-list"),
+        "406",
+        parameters=[parameter_limit()],
+    )
+    conforms = component("conformance")
+    of_process = {"parameters": [parameter_process()]}
+    return {
+        "/": home,
+        "/api": api,
+        "/conformance": get("conformance", "service", "Conformance classes.", conforms, "406"),
+        "/processes": every,
+        "/processes/{processID}": {**of_process, **one},
+        "/processes/{processID}/execution": {**of_process, **execution()},
+        "/healthz": get("health", "state", "Whether the daemon lives.", health),
+        "/readyz": get("ready", "state", "Whether requests are answered.", health),
+    }
+
+
+def components():
+    schemas = {name.removesuffix(".json"): refer(load(name)) for name in schema_names()}
+    for name in PROCESSES:
+        schemas[f"{name}-request"] = refer(request_schema(name))
+        schemas[f"{name}-result"] = refer(result_schema(name))
+    problem = component("problem")
+    responses = {code: answer(text, problem, PROBLEM, JSON) for code, text in FAILURES.items()}
+    responses["503"]["headers"] = {
+        "Retry-After": {"description": "Time to wait (s).", "schema": {"type": "integer"}}
+    }
+    return {"schemas": dict(sorted(schemas.items())), "responses": responses}
+
+
+def openapi(version):
+    return {
+        "openapi": "3.0.3",
+        "info": {
+            "title": TITLE,
+            "description": ABOUT + ABOUT_PATHS,
+            "version": version,
+            "license": {
+                "name": "GPL-2.0-or-later",
+                "url": "https://www.gnu.org/licenses/old-licenses/gpl-2.0.html",
+            },
+        },
+        "servers": [{"url": "{B}"}],
+        "tags": [
+            {"name": "service", "description": "What this service is."},
+            {"name": "processes", "description": "What it can do."},
+            {"name": "execution", "description": "Doing it."},
+            {"name": "state", "description": "How it does."},
+        ],
+        "paths": paths(),
+        "components": components(),
+    }
+
+
+# --- Documents ---------------------------------------------------------------------------------
+
+
+def documents(version):
+    """Every document by its file name."""
+    found = {
+        "landing.json": landing(),
+        "conformance.json": conformance(),
+        "processes.json": process_list(version),
+        "openapi.json": openapi(version),
+    }
+    for name in PROCESSES:
+        found[f"processes/{name}.json"] = description(name, version)
+    return found
+
+
+def write(path, text):
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(text, encoding="utf-8")
+
+
+def main():
+    parser = argparse.ArgumentParser(description="Make the documents that scatterd serves.")
+    parser.add_argument("--version", default="0.0.0", help="version of scatterd")
+    parser.add_argument("directory", type=pathlib.Path, help="where to write them")
+    options = parser.parse_args()
+    made = documents(options.version)
+    for name, document in made.items():
+        text = json.dumps(document, ensure_ascii=False, separators=(",", ":"))
+        write(options.directory / name, text + "\n")
+    described = [made[f"processes/{name}.json"] for name in PROCESSES]
+    write(options.directory / "api.html", page.page(made["openapi.json"], described))
+
+
+if __name__ == "__main__":
+    main()

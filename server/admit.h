@@ -1,0 +1,24 @@
+/* admit.h - is this HTTP we can work with? Checks of a request's head before anyone asks what it
+ * means. Test: unit.admit.
+ */
+#ifndef SCATTERD_ADMIT_H
+#define SCATTERD_ADMIT_H
+
+#include "exchange.h"
+#include "param.h"
+
+/* What the checks look at; fields are NULL if absent. */
+typedef struct {
+  const char *method;
+  bool old;    /* HTTP/1.0 */
+  size_t size; /* bytes of request line and fields */
+  const char *id, *host, *length, *coding, *accept;
+  int hosts, lengths, codings; /* occurrences */
+  char room[1024];             /* where `accept` may stand */
+} head;
+
+/* Fills the request part of *x from its head. False if the request is refused: x->reply is the
+ * problem then. `host` is what links say for a client that names no Host. */
+bool admit(exchange *x, const head *h, const parameters *set, const char *host);
+
+#endif

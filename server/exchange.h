@@ -1,0 +1,93 @@
+/* exchange.h - one request and its reply, as plain data. http.c fills the request and sends the
+ * reply; the handlers of route.c read the one and set the other. Test: unit.exchange.
+ */
+#ifndef SCATTERD_EXCHANGE_H
+#define SCATTERD_EXCHANGE_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <sys/types.h>
+
+#include "media.h"
+#include "problem.h"
+#include "spool.h"
+
+enum { EXCHANGE_FIELDS = 16, EXCHANGE_BASE = 1100, EXCHANGE_ITEM = 64 };
+
+/* What is sent back. Bytes are in `fd` if that is not -1, else at `bytes`. */
+typedef struct {
+  int status; /* 0: there is no reply yet */
+  const char *type;
+  char type_room[64]; /* where `type` may stand */
+  coding coding;
+  int fd; /* closed once sent */
+  const void *bytes;
+  void *owned; /* freed once sent; NULL if `bytes` are borrowed for ever */
+  size_t size;
+  int fields;
+  struct {
+    const char *name;
+    char value[300];
+  } field[EXCHANGE_FIELDS];
+} exchange_reply;
+
+typedef struct exchange {
+  /* the request */
+  char id[65];              /* X-Request-Id, of the client or ours */
+  char method[17];          /* longer ones are cut: none of ours is */
+  char *target;             /* as sent */
+  char *path;               /* decoded, without the query */
+  char base[EXCHANGE_BASE]; /* URL of this service as the client sees it, no slash at the end */
+  bool has_body;
+  int64_t declared;   /* Content-Length; -1 if chunked; 0 without body */
+  bool plain_problem; /* problems as application/json */
+  double began;       /* loop_now */
+  spool body;
+  exchange_reply reply;
+  const void *route;        /* of route.c */
+  char item[EXCHANGE_ITEM]; /* what {} in the route's path stands for */
+  /* for the log, set by handlers */
+  char process[EXCHANGE_ITEM];
+  pid_t worker;
+  double run_seconds;
+  /* of the handler and of http.c */
+  void *task;
+  void *connection;
+} exchange;
+
+/* A new exchange for a request target; NULL when out of memory. */
+exchange *exchange_new(const char *target);
+void exchange_free(exchange **x);
+
+/* Adopts the client's X-Request-Id if it is 1 to 64 letters, digits, '.', '_' or '-', else makes
+ * one: unique within this process, unguessable between processes. */
+void exchange_identify(exchange *x, const char *wanted);
+
+/* Sets x->path from x->target: the path of an origin-form or absolute-form target, percent-decoded.
+ * False for a target without a path, broken escapes, and escaped NUL. */
+bool exchange_find_path(exchange *x);
+
+/* Is this text a Host: name, IPv4 or [IPv6], and perhaps a port (RFC 9110, 7.2)? */
+bool exchange_is_host(const char *text);
+
+/* ---- The reply ---- */
+
+/* Sets the reply. _text borrows bytes for ever; _bytes and _file take them. */
+void exchange_text(exchange *x, int status, const char *type, const char *text);
+void exchange_bytes(exchange *x, int status, const char *type, void *bytes, size_t size);
+void exchange_file(exchange *x, int status, const char *type, coding how, int fd, size_t size);
+
+/* Sets a problem as the reply, in the media type the client takes. */
+void exchange_problem(exchange *x, const problem *p);
+
+/* The same for a problem without errors, in one call. */
+void exchange_refuse(exchange *x, int status, const char *format, ...)
+    __attribute__((format(printf, 3, 4)));
+
+/* Adds a header field to the reply, set or not yet; `name` is borrowed for ever. Fields beyond
+ * EXCHANGE_FIELDS or longer than their room are left out. */
+void exchange_add(exchange *x, const char *name, const char *format, ...)
+    __attribute__((format(printf, 3, 4)));
+
+#endif

@@ -1,0 +1,123 @@
+#include "execute_body.h"
+
+#include <string.h>
+
+/* Does `list`, names with spaces between, name something that is among the inputs? */
+static bool has_one_of(const item *inputs, const char *list) {
+  char name[64];
+  for (const char *c = list; *c; c += strspn(c, " ")) {
+    size_t length = strcspn(c, " ");
+    if (length >= sizeof name) return false;
+    memcpy(name, c, length);
+    name[length] = '\0';
+    if (item_input(inputs, name).doc) return true;
+    c += length;
+  }
+  return false;
+}
+
+static bool is_available(const process_output *output, const item *inputs) {
+  return !output->needs || has_one_of(inputs, output->needs);
+}
+
+static unsigned all_available(const process *p, const item *inputs) {
+  unsigned wanted = 0;
+  for (int k = 0; p->outputs[k].name; k++) {
+    if (is_available(&p->outputs[k], inputs)) wanted |= 1u << k;
+  }
+  return wanted;
+}
+
+static void output_names(const process *p, const char *names[PROCESS_OUTPUTS_MAX + 1]) {
+  int n = 0;
+  while (n < PROCESS_OUTPUTS_MAX && p->outputs[n].name) {
+    names[n] = p->outputs[n].name;
+    n++;
+  }
+  names[n] = NULL;
+}
+
+static void read_transmission(task *t, const item *output) {
+  static const char *const modes[] = {"value", "reference", NULL};
+  item mode = item_member(output, "transmissionMode");
+  int chosen = 0;
+  if (read_choice(t, &mode, modes, &chosen) && chosen == 1) {
+    complain(t, &mode, "is \"reference\", needs value: results are not kept");
+  }
+}
+
+static void read_format(task *t, const item *output, media accept) {
+  item format = item_member(output, "format"), type = item_member(&format, "mediaType");
+  const char *name = NULL;
+  char room[SHOWN_MAX];
+  if (!read_object(t, &format, NULL) || !read_text(t, &type, &name) || !name) return;
+  if (!strcmp(name, media_type(MEDIA_JSON)) || !strcmp(name, media_type(accept))) return;
+  complain(t, &type, "is \"%s\", needs %s", shown(name, room), media_type(accept));
+}
+
+static void read_output(task *t, const process *p, const item *it, media accept, execute *x) {
+  static const char *const members[] = {"transmissionMode", "format", NULL};
+  const char *names[PROCESS_OUTPUTS_MAX + 1];
+  int k = 0;
+  while (p->outputs[k].name && strcmp(p->outputs[k].name, it->key)) k++;
+  if (!p->outputs[k].name) {
+    output_names(p, names);
+    complain_unknown(t, it, "output", names);
+    return;
+  }
+  if (read_object(t, it, members)) {
+    read_transmission(t, it);
+    read_format(t, it, accept);
+  }
+  if (!is_available(&p->outputs[k], &x->inputs)) {
+    complain(t, it, "cannot be had without an input of: %s", p->outputs[k].needs);
+  }
+  x->wanted |= 1u << k;
+}
+
+static void read_outputs(task *t, const process *p, const item *it, media accept, execute *x) {
+  bool is_given = read_object(t, it, NULL) && it->doc && it->doc->count > 0;
+  if (!is_given) {
+    x->wanted = all_available(p, &x->inputs);
+    return;
+  }
+  for (const doc *m = it->doc->child; m; m = m->next) {
+    item output = {.doc = m, .up = it, .key = m->key};
+    read_output(t, p, &output, accept, x);
+  }
+}
+
+/* What stands beside the value of qualified inputs. */
+static void read_qualifiers(task *t, const item *inputs) {
+  if (inputs->doc->kind != DOC_OBJECT) return;
+  for (const doc *m = inputs->doc->child; m; m = m->next) {
+    item input = {.doc = m, .up = inputs, .key = m->key};
+    read_qualified(t, &input);
+  }
+}
+
+/* A subscriber without addresses asks for nothing. */
+static void read_subscriber(task *t, const item *it) {
+  static const char *const calls[] = {"successUri", "inProgressUri", "failedUri"};
+  if (!read_object(t, it, NULL)) return;
+  for (int k = 0; k < 3; k++) {
+    item call = item_member(it, calls[k]);
+    if (call.doc) complain(t, &call, "asks to be called back, which is not served");
+  }
+}
+
+void execute_read(task *t, const process *p, const item *body, media accept, execute *x) {
+  static const char *const responses[] = {"document", "raw", NULL};
+  item outputs = item_member(body, "outputs"), response = item_member(body, "response");
+  item subscriber = item_member(body, "subscriber");
+  int chosen = 0;
+  *x = (execute){.inputs = item_member(body, "inputs")};
+  if (!read_object(t, body, NULL)) return;
+  if (!read_required(t, &x->inputs)) return;
+  read_qualifiers(t, &x->inputs);
+  if (read_object(t, &x->inputs, p->inputs)) read_outputs(t, p, &outputs, accept, x);
+  read_choice(t, &response, responses, &chosen);
+  read_subscriber(t, &subscriber);
+  bool is_one = x->wanted && !(x->wanted & (x->wanted - 1));
+  x->is_raw = chosen == 1 && is_one;
+}

@@ -1,0 +1,177 @@
+#include "front.h"
+
+#include <errno.h>
+#include <math.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/epoll.h>
+#include <sys/resource.h>
+#include <sys/signalfd.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "listener.h"
+#include "log.h"
+#include "route.h"
+
+static const double farewell_seconds = 1; /* for the last replies to leave */
+
+typedef struct {
+  parameters *set;
+  loop *loop;
+  listener listener;
+  service service;
+  http *http;
+  int signals;
+  loop_source signalled;
+  double stop; /* when patience with running requests ends; INFINITY while serving */
+} front;
+
+/* ---- Starting ---- */
+
+static bool make_directory(const char *path, fault *why) {
+  char part[PARAM_TEXT];
+  for (size_t k = 1; k <= strlen(path); k++) {
+    if (path[k] != '/' && path[k] != '\0') continue;
+    snprintf(part, sizeof part, "%.*s", (int)k, path);
+    if (mkdir(part, 0700) != 0 && errno != EEXIST) {
+      return fault_set(why, "data-dir: cannot make %.200s: %s", part, strerror(errno));
+    }
+  }
+  if (access(path, W_OK | X_OK) == 0) return true;
+  return fault_set(why, "data-dir: cannot write in %.200s: %s", path, strerror(errno));
+}
+
+static bool find_data_dir(parameters *set, fault *why) {
+  const char *data = getenv("XDG_DATA_HOME"), *home = getenv("HOME");
+  if (*set->data_dir == '\0') {
+    int length = -1;
+    if (data != NULL && *data == '/') {
+      length = snprintf(set->data_dir, PARAM_TEXT, "%s/scatterd", data);
+    } else if (home != NULL && *home == '/') {
+      length = snprintf(set->data_dir, PARAM_TEXT, "%s/.local/share/scatterd", home);
+    }
+    if (length < 0 || length >= PARAM_TEXT) {
+      return fault_set(why, "data-dir: got none, and neither XDG_DATA_HOME nor HOME helps");
+    }
+  }
+  return make_directory(set->data_dir, why);
+}
+
+/* A connection needs up to four descriptors: its socket, a body, a reply, and one lingering. */
+static bool raise_descriptors(const parameters *set, fault *why) {
+  const rlim_t needed = (rlim_t)(4 * set->connections + 4 * set->workers + 64);
+  struct rlimit limit;
+  getrlimit(RLIMIT_NOFILE, &limit);
+  if (limit.rlim_cur >= needed) return true;
+  limit.rlim_cur = limit.rlim_max < needed ? limit.rlim_max : needed;
+  setrlimit(RLIMIT_NOFILE, &limit);
+  if (limit.rlim_cur >= needed) return true;
+  return fault_set(
+      why, "connections: got %lld, which needs %llu descriptors; the system allows %llu",
+      (long long)set->connections, (unsigned long long)needed, (unsigned long long)limit.rlim_max);
+}
+
+static void stop_now(front *f) {
+  loop_stop(f->loop);
+}
+
+static void on_signal(void *self, uint32_t events) {
+  front *f = self;
+  struct signalfd_siginfo signal;
+  (void)events;
+  if (read(f->signals, &signal, sizeof signal) != sizeof signal) return;
+  if (f->stop < INFINITY) {
+    stop_now(f);
+    return;
+  }
+  log_say(LOG_INFO, "stopping", "signal %u: no new requests, %d to end", signal.ssi_signo,
+          http_pending(f->http));
+  f->stop = loop_now() + f->set->grace_seconds;
+  http_quiesce(f->http);
+}
+
+static bool watch_signals(front *f, fault *why) {
+  sigset_t set;
+  sigemptyset(&set);
+  sigaddset(&set, SIGTERM);
+  sigaddset(&set, SIGINT);
+  sigprocmask(SIG_BLOCK, &set, NULL);
+  signal(SIGPIPE, SIG_IGN);
+  f->signals = signalfd(-1, &set, SFD_CLOEXEC | SFD_NONBLOCK);
+  f->signalled = (loop_source){on_signal, f};
+  if (f->signals >= 0 && loop_watch(f->loop, f->signals, EPOLLIN, &f->signalled)) return true;
+  return fault_set(why, "cannot watch signals: %s", strerror(errno));
+}
+
+/* Once stopping, looks whether the last request has ended. */
+static double stop_due(void *self) {
+  const front *f = self;
+  if (f->stop == INFINITY) return INFINITY;
+  return http_pending(f->http) == 0 ? 0 : f->stop;
+}
+
+static void stop_run(void *self) {
+  stop_now(self);
+}
+
+static bool start(front *f, fault *why) {
+  if (!find_data_dir(f->set, why) || !raise_descriptors(f->set, why)) return false;
+  if (!listener_open(&f->listener, f->set->listen, why)) return false;
+  f->loop = loop_new();
+  if (f->loop == NULL) return fault_set(why, "cannot start: %s", strerror(errno));
+  if (!watch_signals(f, why)) return false;
+  f->service = (service){.set = f->set, .pool = pool_new(f->loop, f->set, why)};
+  if (f->service.pool == NULL) return false;
+  const http_handler handler = route_handler(&f->service);
+  f->http = http_new(f->loop, f->set, f->listener.fd, f->listener.host, &handler, why);
+  if (f->http == NULL) return false;
+  loop_add(f->loop, (loop_chore){stop_due, stop_run, f});
+  return true;
+}
+
+/* ---- Stopping ---- */
+
+/* Ends the requests that are still running and gives their replies a moment to leave. */
+static void say_farewell(front *f) {
+  f->stop = loop_now() + farewell_seconds;
+  pool_stop(f->service.pool);
+  if (http_pending(f->http) > 0) loop_run(f->loop);
+}
+
+static void end(front *f) {
+  http_free(&f->http);
+  pool_free(&f->service.pool);
+  if (f->signals >= 0) close(f->signals);
+  loop_free(&f->loop);
+  listener_close(&f->listener);
+}
+
+static void log_start(const front *f) {
+  log_line line;
+  log_begin(&line, LOG_INFO, "listening");
+  log_text(&line, "address", f->listener.address);
+  log_count(&line, "pid", getpid());
+  log_count(&line, "workers", pool_workers(f->set->workers));
+  log_text(&line, "data-dir", f->set->data_dir);
+  log_end(&line);
+}
+
+int front_main(parameters *set) {
+  front f = {.set = set, .listener = {.fd = -1}, .signals = -1, .stop = INFINITY};
+  fault why;
+  log_limit((log_level)set->log_level);
+  const bool started = start(&f, &why);
+  if (started) {
+    log_start(&f);
+    loop_run(f.loop);
+    say_farewell(&f);
+    log_say(LOG_INFO, "stopped", "done");
+  } else {
+    fprintf(stderr, "scatterd: %s\n", why.text);
+  }
+  end(&f);
+  return started ? 0 : 1;
+}

@@ -1,0 +1,479 @@
+#include "http.h"
+
+#include <arpa/inet.h>
+#include <errno.h>
+#include <math.h>
+#include <microhttpd.h>
+#include <netinet/in.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+#include <sys/epoll.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include "admit.h"
+#include "drain.h"
+#include "log.h"
+
+static const double sweep_seconds = 0.25; /* how often slow connections are looked for */
+
+typedef enum { IDLE, HEADER, BODY, PENDING, REPLYING } state;
+
+typedef struct connection connection;
+struct connection {
+  connection *next, *previous;
+  http *http;
+  struct MHD_Connection *mhd;
+  int fd;
+  state state;
+  double since;  /* when it became idle */
+  double heard;  /* when the body's last bytes came */
+  bool used;      /* it has carried a request */
+  bool clean;     /* nothing unread can be left of its last request */
+  bool refused;   /* its request is, before all of the body was read */
+  bool vanished; /* the client went while its reply was pending */
+  exchange *x;   /* not IDLE */
+  loop_source hangup;
+};
+
+struct http {
+  loop *loop;
+  const parameters *set;
+  http_handler handler;
+  const char *host;
+  struct MHD_Daemon *mhd;
+  int epoll;
+  loop_source source;
+  drain *drain;
+  connection *connections;
+  double sweep; /* time of the next one */
+  bool wake;    /* something was resumed */
+  bool quiet;
+  int pending;
+};
+
+/* ---- Reading the request ---- */
+
+const char *http_argument(const exchange *x, const char *name) {
+  const connection *c = x->connection;
+  return MHD_lookup_connection_value(c->mhd, MHD_GET_ARGUMENT_KIND, name);
+}
+
+typedef struct {
+  const char *name, *first;
+  int count;
+  char *room;
+  size_t size;
+} gather;
+
+static enum MHD_Result gather_field(void *self, enum MHD_ValueKind kind, const char *name,
+                                    const char *value) {
+  gather *g = self;
+  (void)kind;
+  if (strcasecmp(name, g->name) != 0) return MHD_YES;
+  if (value == NULL) value = "";
+  if (g->count++ == 0) {
+    g->first = value;
+    if (g->size > 0) snprintf(g->room, g->size, "%s", value);
+  } else if (g->size > 0) {
+    const size_t used = strlen(g->room);
+    snprintf(g->room + used, g->size - used, ", %s", value);
+  }
+  return MHD_YES;
+}
+
+const char *http_field(const exchange *x, const char *name, char *room, size_t size) {
+  const connection *c = x->connection;
+  gather g = {.name = name, .room = room, .size = size};
+  MHD_get_connection_values(c->mhd, MHD_HEADER_KIND, gather_field, &g);
+  return g.count > 1 && size > 0 ? room : g.first;
+}
+
+static const char *single_field(const connection *c, const char *name, int *count) {
+  gather g = {.name = name};
+  MHD_get_connection_values(c->mhd, MHD_HEADER_KIND, gather_field, &g);
+  *count = g.count;
+  return g.first;
+}
+
+static void read_head(const connection *c, const char *method, const char *version, head *out) {
+  const union MHD_ConnectionInfo *size =
+      MHD_get_connection_info(c->mhd, MHD_CONNECTION_INFO_REQUEST_HEADER_SIZE);
+  int ignored;
+  *out = (head){.method = method, .size = size != NULL ? size->header_size : 0};
+  out->old = strcmp(version, "HTTP/1.0") == 0;
+  out->id = single_field(c, "X-Request-Id", &ignored);
+  out->host = single_field(c, "Host", &out->hosts);
+  out->length = single_field(c, "Content-Length", &out->lengths);
+  out->coding = single_field(c, "Transfer-Encoding", &out->codings);
+  out->accept = http_field(c->x, "Accept", out->room, sizeof out->room);
+}
+
+/* ---- Sending the reply ---- */
+
+/* Replies up to this size are copied into memory and leave in one piece with their header, which
+ * is cheaper than sendfile. */
+static const size_t small = 16384;
+
+static struct MHD_Response *response_of_file(exchange_reply *r) {
+  char bytes[16384];
+  const int fd = r->fd;
+  if (r->size > small) {
+    r->fd = -1; /* the response closes it */
+    return MHD_create_response_from_fd(r->size, fd);
+  }
+  if (pread(fd, bytes, r->size, 0) != (ssize_t)r->size) return NULL;
+  return MHD_create_response_from_buffer(r->size, bytes, MHD_RESPMEM_MUST_COPY);
+}
+
+static struct MHD_Response *response_of(exchange_reply *r) {
+  if (r->fd >= 0) return response_of_file(r);
+  void *bytes = (void *)r->bytes;
+  const bool owned = r->owned != NULL;
+  r->owned = NULL; /* the response frees it */
+  return MHD_create_response_from_buffer(r->size, bytes,
+                                         owned ? MHD_RESPMEM_MUST_FREE : MHD_RESPMEM_PERSISTENT);
+}
+
+static void add_fields(struct MHD_Response *response, const connection *c) {
+  const exchange_reply *r = &c->x->reply;
+  if (r->status != 204) MHD_add_response_header(response, "Content-Type", r->type);
+  if (r->coding != CODING_IDENTITY) {
+    MHD_add_response_header(response, "Content-Encoding", coding_name(r->coding));
+  }
+  MHD_add_response_header(response, "X-Request-Id", c->x->id);
+  for (int k = 0; k < r->fields; k++) {
+    MHD_add_response_header(response, r->field[k].name, r->field[k].value);
+  }
+  if (c->http->quiet || c->refused) MHD_add_response_header(response, "Connection", "close");
+}
+
+static enum MHD_Result send_reply(connection *c) {
+  struct MHD_Response *response = response_of(&c->x->reply);
+  if (response == NULL) return MHD_NO;
+  add_fields(response, c);
+  c->state = REPLYING;
+  const enum MHD_Result result = MHD_queue_response(c->mhd, (unsigned)c->x->reply.status, response);
+  MHD_destroy_response(response);
+  return result;
+}
+
+/* Replies in the middle of a request, where libmicrohttpd cannot: writes the reply that is set to
+ * the socket as far as it goes (a problem always fits its buffer), to be closed after it. */
+static void last_word(connection *c) {
+  const exchange_reply *r = &c->x->reply;
+  char text[4096];
+  const int length = snprintf(text, sizeof text,
+                              "HTTP/1.1 %d %s\r\nContent-Type: %s\r\nContent-Length: %zu\r\n"
+                              "X-Request-Id: %s\r\nConnection: close\r\n\r\n%.*s",
+                              r->status, problem_phrase(r->status), r->type, r->size, c->x->id,
+                              (int)r->size, (const char *)r->bytes);
+  c->refused = true;
+  if (length > 0 && (size_t)length < sizeof text) {
+    send(c->fd, text, (size_t)length, MSG_NOSIGNAL | MSG_DONTWAIT);
+  }
+}
+
+/* ---- Waiting for the reply ---- */
+
+static void resume(connection *c) {
+  loop_forget(c->http->loop, c->fd, &c->hangup);
+  c->http->wake = true;
+  MHD_resume_connection(c->mhd);
+}
+
+static void on_hangup(void *self, uint32_t events) {
+  connection *c = self;
+  (void)events;
+  c->vanished = true;
+  resume(c); /* on_request then closes it */
+}
+
+static void suspend(connection *c) {
+  c->state = PENDING;
+  MHD_suspend_connection(c->mhd);
+  loop_watch(c->http->loop, c->fd, EPOLLRDHUP, &c->hangup);
+}
+
+void http_deliver(exchange *x) {
+  resume(x->connection);
+}
+
+/* ---- What libmicrohttpd calls ---- */
+
+static void *on_target(void *self, const char *target, struct MHD_Connection *mhd) {
+  http *h = self;
+  connection *c = MHD_get_connection_info(mhd, MHD_CONNECTION_INFO_SOCKET_CONTEXT)->socket_context;
+  if (c != NULL) c->x = exchange_new(target);
+  if (c == NULL || c->x == NULL) return NULL;
+  c->clean = false;
+  c->x->connection = c;
+  c->x->began = loop_now();
+  c->state = HEADER;
+  h->pending++;
+  return c->x;
+}
+
+static enum MHD_Result on_header(connection *c, const char *method, const char *version) {
+  const http *h = c->http;
+  head facts;
+  read_head(c, method, version, &facts);
+  if (admit(c->x, &facts, h->set, h->host)) h->handler.begin(h->handler.self, c->x);
+  c->state = BODY;
+  c->heard = loop_now();
+  if (c->x->reply.status == 0 || !c->x->has_body) return MHD_YES;
+  c->refused = true;
+  return send_reply(c);
+}
+
+static enum MHD_Result on_body(connection *c, const char *bytes, size_t *size) {
+  const parameters *set = c->http->set;
+  exchange *x = c->x;
+  c->heard = loop_now();
+  if (x->body.size + (int64_t)*size > set->limits.body_bytes) {
+    exchange_refuse(x, 413, "body: got more than %lld bytes (body-bytes)",
+                    (long long)set->limits.body_bytes);
+  } else if (!spool_add(&x->body, bytes, *size, set->spool_bytes, set->data_dir)) {
+    log_say(LOG_ERROR, "spool", "cannot keep a body: %s", strerror(errno));
+    exchange_refuse(x, 507, "body: no room to keep it");
+  } else {
+    *size = 0;
+    return MHD_YES;
+  }
+  last_word(c);
+  return MHD_NO;
+}
+
+static enum MHD_Result on_request(connection *c) {
+  if (c->vanished) return MHD_NO;
+  if (c->state == BODY && c->x->reply.status == 0) {
+    c->http->handler.serve(c->http->handler.self, c->x);
+  }
+  if (c->x->reply.status != 0) return send_reply(c);
+  suspend(c);
+  return MHD_YES;
+}
+
+static enum MHD_Result on_access(void *self, struct MHD_Connection *mhd, const char *url,
+                                 const char *method, const char *version, const char *bytes,
+                                 size_t *size, void **context) {
+  exchange *x = *context;
+  (void)self, (void)mhd, (void)url;
+  if (x == NULL) return MHD_NO; /* no memory for it */
+  connection *c = x->connection;
+  if (c->state == HEADER) return on_header(c, method, version);
+  if (*size > 0) return on_body(c, bytes, size);
+  return on_request(c);
+}
+
+static void log_peer(log_line *line, const connection *c) {
+  const union MHD_ConnectionInfo *info =
+      MHD_get_connection_info(c->mhd, MHD_CONNECTION_INFO_CLIENT_ADDRESS);
+  char text[INET6_ADDRSTRLEN] = "local";
+  if (info == NULL) return;
+  const struct sockaddr *address = info->client_addr;
+  if (address->sa_family == AF_INET) {
+    inet_ntop(AF_INET, &((const struct sockaddr_in *)address)->sin_addr, text, sizeof text);
+  } else if (address->sa_family == AF_INET6) {
+    inet_ntop(AF_INET6, &((const struct sockaddr_in6 *)address)->sin6_addr, text, sizeof text);
+  }
+  log_text(line, "peer", text);
+}
+
+static void log_request(const connection *c, bool complete) {
+  const exchange *x = c->x;
+  log_line line;
+  log_begin(&line, LOG_INFO, "request");
+  log_text(&line, "id", x->id);
+  log_peer(&line, c);
+  log_text(&line, "method", x->method);
+  log_text(&line, "target", x->target);
+  log_count(&line, "status", x->reply.status);
+  log_count(&line, "in", x->body.size);
+  log_count(&line, "out", (int64_t)x->reply.size);
+  log_milliseconds(&line, "ms", loop_now() - x->began);
+  if (*x->process != '\0') log_text(&line, "process", x->process);
+  if (x->worker != 0) {
+    log_count(&line, "worker", x->worker);
+    log_milliseconds(&line, "run_ms", x->run_seconds);
+  }
+  if (!complete) log_text(&line, "end", "aborted");
+  log_end(&line);
+}
+
+static void on_completed(void *self, struct MHD_Connection *mhd, void **context,
+                         enum MHD_RequestTerminationCode code) {
+  http *h = self;
+  exchange *x = *context;
+  (void)mhd;
+  if (x == NULL) return;
+  connection *c = x->connection;
+  h->handler.end(h->handler.self, x);
+  log_request(c, code == MHD_REQUEST_TERMINATED_COMPLETED_OK);
+  h->pending--;
+  exchange_free(&c->x);
+  *context = NULL;
+  c->state = IDLE;
+  c->used = true;
+  c->clean = code == MHD_REQUEST_TERMINATED_COMPLETED_OK && !c->refused;
+  c->since = loop_now();
+}
+
+static void open_connection(http *h, struct MHD_Connection *mhd, void **context) {
+  connection *c = calloc(1, sizeof *c);
+  *context = c;
+  if (c == NULL) return;
+  c->http = h;
+  c->mhd = mhd;
+  c->fd = MHD_get_connection_info(mhd, MHD_CONNECTION_INFO_CONNECTION_FD)->connect_fd;
+  c->since = loop_now();
+  c->hangup = (loop_source){on_hangup, c};
+  c->next = h->connections;
+  if (c->next != NULL) c->next->previous = c;
+  h->connections = c;
+}
+
+static void close_connection(connection *c) {
+  http *h = c->http;
+  if (!c->clean && h->drain != NULL) drain_add(h->drain, c->fd);
+  if (c->next != NULL) c->next->previous = c->previous;
+  *(c->previous != NULL ? &c->previous->next : &h->connections) = c->next;
+  free(c);
+}
+
+static void on_connection(void *self, struct MHD_Connection *mhd, void **context,
+                          enum MHD_ConnectionNotificationCode code) {
+  if (code == MHD_CONNECTION_NOTIFY_STARTED) {
+    open_connection(self, mhd, context);
+  } else if (*context != NULL) {
+    close_connection(*context);
+  }
+}
+
+static void on_message(void *self, const char *format, va_list arguments) {
+  char text[256];
+  (void)self;
+  vsnprintf(text, sizeof text, format, arguments);
+  text[strcspn(text, "\n")] = '\0';
+  log_say(LOG_DEBUG, "http", "%s", text);
+}
+
+/* ---- Slow clients ---- */
+
+/* When the patience with a connection ends: a header has a fixed time; a body may neither pause
+ * longer than that nor, on the whole, be slower than receive-rate. The sending of replies is
+ * libmicrohttpd's to watch (idle-seconds). */
+static double deadline(const connection *c) {
+  const parameters *set = c->http->set;
+  switch (c->state) {
+    case IDLE:
+      return c->since + (c->used ? set->idle_seconds : set->receive_seconds);
+    case HEADER:
+      return c->x->began + set->receive_seconds;
+    case BODY:
+      return fmin(c->heard, c->x->began + (double)c->x->body.size / (double)set->receive_rate) +
+             set->receive_seconds;
+    default:
+      return INFINITY;
+  }
+}
+
+static void time_out(connection *c) {
+  if (c->x != NULL && c->x->reply.status == 0) {
+    exchange_refuse(c->x, 408,
+                    "request: it came too slowly (receive-seconds %g, receive-rate %lld)",
+                    c->http->set->receive_seconds, (long long)c->http->set->receive_rate);
+    last_word(c);
+  }
+  shutdown(c->fd, SHUT_RDWR); /* libmicrohttpd then closes it */
+}
+
+static void sweep(http *h) {
+  const double now = loop_now();
+  h->sweep = now + sweep_seconds;
+  for (connection *c = h->connections; c != NULL; c = c->next) {
+    if (deadline(c) <= now) time_out(c);
+  }
+}
+
+/* ---- In the event loop ---- */
+
+static double due(void *self) {
+  const http *h = self;
+  MHD_UNSIGNED_LONG_LONG milliseconds;
+  if (h->wake) return 0;
+  double first = h->connections != NULL ? h->sweep : INFINITY;
+  if (MHD_get_timeout(h->mhd, &milliseconds) == MHD_YES) {
+    first = fmin(first, loop_now() + 1e-3 * (double)milliseconds);
+  }
+  return first;
+}
+
+static void run(void *self) {
+  http *h = self;
+  h->wake = false;
+  if (h->connections != NULL && h->sweep <= loop_now()) sweep(h);
+  MHD_run(h->mhd);
+}
+
+static void on_ready(void *self, uint32_t events) {
+  http *h = self;
+  (void)events;
+  MHD_run(h->mhd);
+}
+
+http *http_new(loop *l, const parameters *set, int listener, const char *host,
+               const http_handler *handler, fault *why) {
+  http *h = calloc(1, sizeof *h);
+  if (h == NULL) goto failed;
+  *h = (http){.loop = l, .set = set, .handler = *handler, .host = host};
+  h->source = (loop_source){on_ready, h};
+  h->drain = drain_new(l);
+  if (h->drain == NULL) goto failed;
+  h->mhd = MHD_start_daemon(MHD_USE_EPOLL | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ERROR_LOG, 0, NULL,
+                            NULL, on_access, h, MHD_OPTION_EXTERNAL_LOGGER, on_message, NULL,
+                            MHD_OPTION_LISTEN_SOCKET, listener, MHD_OPTION_CONNECTION_LIMIT,
+                            (unsigned)set->connections, MHD_OPTION_PER_IP_CONNECTION_LIMIT,
+                            (unsigned)set->connections_per_address, MHD_OPTION_CONNECTION_TIMEOUT,
+                            (unsigned)ceil(set->idle_seconds), MHD_OPTION_CONNECTION_MEMORY_LIMIT,
+                            (size_t)(4 * set->header_bytes), MHD_OPTION_URI_LOG_CALLBACK, on_target,
+                            h, MHD_OPTION_NOTIFY_COMPLETED, on_completed, h,
+                            MHD_OPTION_NOTIFY_CONNECTION, on_connection, h, MHD_OPTION_END);
+  if (h->mhd == NULL) goto failed;
+  h->epoll = MHD_get_daemon_info(h->mhd, MHD_DAEMON_INFO_EPOLL_FD)->epoll_fd;
+  if (!loop_watch(l, h->epoll, EPOLLIN, &h->source)) goto failed;
+  loop_add(l, (loop_chore){due, run, h});
+  return h;
+failed:
+  fault_set(why, "cannot start the HTTP server: %s", strerror(errno));
+  http_free(&h);
+  return NULL;
+}
+
+void http_free(http **h) {
+  if (*h == NULL) return;
+  if ((*h)->mhd != NULL) {
+    loop_forget((*h)->loop, (*h)->epoll, &(*h)->source);
+    drain_free(&(*h)->drain);
+    MHD_quiesce_daemon((*h)->mhd); /* so that it leaves the socket, which is not its own, open */
+    MHD_stop_daemon((*h)->mhd);
+  }
+  drain_free(&(*h)->drain);
+  free(*h);
+  *h = NULL;
+}
+
+void http_quiesce(http *h) {
+  if (h->quiet) return;
+  h->quiet = true;
+  MHD_quiesce_daemon(h->mhd);
+  for (connection *c = h->connections; c != NULL; c = c->next) {
+    if (c->state == IDLE) shutdown(c->fd, SHUT_RDWR);
+  }
+}
+
+int http_pending(const http *h) {
+  return h->pending;
+}

@@ -1,0 +1,86 @@
+/* main.c - scatterd: the command line. */
+#include <stdio.h>
+#include <string.h>
+
+#include "front.h"
+#include "param.h"
+#include "worker.h"
+
+static const char usage[] =
+    "scatterd: partial differential equations on scattered particle clouds, over HTTP\n\n"
+    "  scatterd [options]                 serve\n"
+    "  scatterd run [options] REQUEST     answer one request (.json, .cbor; - is standard input)\n"
+    "      --process ID                   which process (solve)\n"
+    "      -o FILE                        where the result goes (standard output)\n"
+    "  scatterd --help | --version | --print-parameters\n\n"
+    "Options, with their defaults; --config FILE reads them from lines `name = value`:\n";
+
+static int complain(const char *text) {
+  fprintf(stderr, "scatterd: %s\n", text);
+  return 2;
+}
+
+static int print_help(void) {
+  fputs(usage, stdout);
+  param_help(stdout);
+  return 0;
+}
+
+static int print_version(void) {
+  puts("scatterd " SCATTERD_VERSION);
+  return 0;
+}
+
+static int print_parameters(void) {
+  param_reference(stdout);
+  return 0;
+}
+
+/* Words that stand alone. `worker` is how the front starts its workers. */
+static const struct {
+  const char *word;
+  int (*run)(void);
+} words[] = {{"--help", print_help},
+             {"-h", print_help},
+             {"--version", print_version},
+             {"--print-parameters", print_parameters},
+             {"worker", worker_main}};
+
+/* Takes `name VALUE` out of argv; NULL if it is not there. */
+static const char *take(int *count, char **argv, const char *name) {
+  for (int k = 0; k + 1 < *count; k++) {
+    if (strcmp(argv[k], name) != 0) continue;
+    const char *value = argv[k + 1];
+    memmove(argv + k, argv + k + 2, (size_t)(*count - k - 2) * sizeof *argv);
+    *count -= 2;
+    return value;
+  }
+  return NULL;
+}
+
+static int run(parameters *set, int count, char **argv) {
+  const char *process = take(&count, argv, "--process");
+  const char *out = take(&count, argv, "-o");
+  fault why;
+  if (!param_take(set, &count, argv, &why)) return complain(why.text);
+  if (count != 1) return complain("run: needs one request file; see --help");
+  return worker_run(process != NULL ? process : "solve", argv[0], out, &set->limits);
+}
+
+static int serve(parameters *set, int count, char **argv) {
+  fault why;
+  if (!param_take(set, &count, argv, &why)) return complain(why.text);
+  if (count == 0) return front_main(set);
+  snprintf(why.text, sizeof why.text, "got \"%.200s\", needs options only; see --help", argv[0]);
+  return complain(why.text);
+}
+
+int main(int argc, char **argv) {
+  parameters set;
+  for (size_t k = 0; argc == 2 && k < sizeof words / sizeof *words; k++) {
+    if (strcmp(argv[1], words[k].word) == 0) return words[k].run();
+  }
+  param_defaults(&set);
+  if (argc > 1 && strcmp(argv[1], "run") == 0) return run(&set, argc - 2, argv + 2);
+  return serve(&set, argc - 1, argv + (argc > 0));
+}

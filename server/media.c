@@ -1,0 +1,126 @@
+#include "media.h"
+
+#include <stddef.h>
+#include <string.h>
+#include <strings.h>
+
+#include "field.h"
+
+static const char *const types[MEDIA_COUNT] = {
+    [MEDIA_JSON] = "application/json",
+    [MEDIA_CBOR] = "application/cbor",
+    [MEDIA_PROBLEM] = "application/problem+json",
+};
+
+static const char *const codings[CODING_COUNT] = {
+    [CODING_IDENTITY] = "identity",
+    [CODING_GZIP] = "gzip",
+    [CODING_ZSTD] = "zstd",
+};
+
+const char *media_type(media m) {
+  return types[m];
+}
+
+const char *coding_name(coding c) {
+  return codings[c];
+}
+
+/* How specific a media range is for `type`: 3 the type itself, 2 "type/ *", 1 "* / *", 0 not it.
+ */
+static int specific(span range, const char *type) {
+  const size_t main = strcspn(type, "/");
+  const size_t bare = strcspn(type, ";");
+  if (range.length == bare && strncasecmp(range.at, type, bare) == 0) return 3;
+  if (range.length == main + 2 && strncasecmp(range.at, type, main + 1) == 0 &&
+      range.at[main + 1] == '*') {
+    return 2;
+  }
+  return span_is(range, "*/*") || span_is(range, "*") ? 1 : 0;
+}
+
+double media_quality(const char *accept, const char *type) {
+  if (accept == NULL || accept[strspn(accept, " \t,")] == '\0') return 1;
+  int best = 0;
+  double quality = 0;
+  field_item item;
+  for (const char *rest = accept; field_next(&rest, &item);) {
+    const int rank = specific(item.name, type);
+    if (rank <= best) continue;
+    best = rank;
+    quality = field_quality(&item);
+  }
+  return quality;
+}
+
+int media_choose(const char *accept, const char *const *offers, int count) {
+  int chosen = -1;
+  double most = 0;
+  for (int k = 0; k < count; k++) {
+    const double quality = media_quality(accept, offers[k]);
+    if (quality <= most) continue;
+    most = quality;
+    chosen = k;
+  }
+  return chosen;
+}
+
+bool media_names(const char *accept, const char *type) {
+  field_item item;
+  for (const char *rest = accept != NULL ? accept : ""; field_next(&rest, &item);) {
+    if (span_is(item.name, type)) return field_quality(&item) > 0;
+  }
+  return false;
+}
+
+bool media_of_body(const char *content_type, media *out) {
+  *out = MEDIA_JSON;
+  if (content_type == NULL) return true;
+  field_item item;
+  const char *rest = content_type;
+  if (!field_next(&rest, &item) || *rest != '\0') return false;
+  span charset;
+  if (field_parameter(&item, "charset", &charset) && !span_is(charset, "utf-8")) return false;
+  *out = span_is(item.name, types[MEDIA_CBOR]) ? MEDIA_CBOR : MEDIA_JSON;
+  return span_is(item.name, types[*out]);
+}
+
+/* Row of a coding's name, -1 if unknown; x-gzip is an old name of gzip (RFC 9110, 8.4.1.3). */
+static int coding_row(span name) {
+  if (span_is(name, "x-gzip")) return CODING_GZIP;
+  for (int c = 0; c < CODING_COUNT; c++) {
+    if (span_is(name, codings[c])) return c;
+  }
+  return -1;
+}
+
+bool coding_of_body(const char *content_encoding, coding *out) {
+  *out = CODING_IDENTITY;
+  field_item item;
+  for (const char *rest = content_encoding != NULL ? content_encoding : "";
+       field_next(&rest, &item);) {
+    const int row = coding_row(item.name);
+    if (row < 0 || (*out != CODING_IDENTITY && row != CODING_IDENTITY)) return false;
+    if (row != CODING_IDENTITY) *out = (coding)row;
+  }
+  return true;
+}
+
+bool coding_choose(const char *accept_encoding, coding *out) {
+  double quality[CODING_COUNT] = {[CODING_IDENTITY] = -1};
+  double star = -1;
+  field_item item;
+  for (const char *rest = accept_encoding != NULL ? accept_encoding : "";
+       field_next(&rest, &item);) {
+    const int row = coding_row(item.name);
+    if (row >= 0) quality[row] = field_quality(&item);
+    if (span_is(item.name, "*")) star = field_quality(&item);
+  }
+  /* Identity not named is acceptable, but least wanted, unless "*;q=0" rules it out. */
+  if (quality[CODING_IDENTITY] < 0) quality[CODING_IDENTITY] = star == 0 ? 0 : 1e-6;
+  *out = CODING_IDENTITY;
+  for (int c = 0; c < CODING_COUNT; c++) {
+    if (quality[c] > 0 && quality[c] >= quality[*out]) *out = (coding)c;
+  }
+  return quality[*out] > 0;
+}

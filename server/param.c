@@ -1,0 +1,340 @@
+#include "param.h"
+
+#include <ctype.h>
+#include <errno.h>
+#include <math.h>
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "log.h"
+
+typedef enum { TEXT, URL, COUNT, BYTES, SECONDS, LEVEL } kind;
+
+typedef struct {
+  const char *name;
+  kind kind;
+  const char *unit; /* as --help shows it */
+  size_t offset;
+  const char *initial; /* as a configuration file would hold it */
+  double least, most;
+  const char *help;
+} parameter;
+
+#define AT(member) offsetof(parameters, member)
+#define NO_END 9e15 /* below 2^53: every integer up to here is exact in a double */
+
+static const parameter table[] = {
+    {"listen", TEXT, "ADDR:PORT|unix:PATH", AT(listen), "127.0.0.1:8480", 1, 0,
+     "where to listen; port 0 takes any free one and logs it"},
+    {"data-dir", TEXT, "DIR", AT(data_dir), "", 0, 0,
+     "directory of the daemon's files; empty means $XDG_DATA_HOME/scatterd or "
+     "~/.local/share/scatterd"},
+    {"public-url", URL, "URL", AT(public_url), "", 0, 0,
+     "address of this service as clients see it, for links; empty means the Host of each request"},
+    {"cors-origins", TEXT, "LIST", AT(cors_origins), "", 0, 0,
+     "origins whose web pages may call, such as \"https://a.example https://b.example\"; * is any"},
+    {"log-level", LEVEL, "LEVEL", AT(log_level), "info", 0, 0,
+     "what goes to the log: error, info (one line per request) or debug"},
+    {"workers", COUNT, "", AT(workers), "0", 0, 1024,
+     "worker processes, each solving one request at a time; 0 means one per processor, at least 2"},
+    {"threads", COUNT, "", AT(limits.threads), "1", 1, 1024, "threads of one worker"},
+    {"recycle", COUNT, "requests", AT(recycle), "1000", 1, NO_END,
+     "requests after which a worker is replaced by a fresh one"},
+    {"queue", COUNT, "requests", AT(queue), "64", 0, 1e6,
+     "requests that may wait for a worker; more are answered 503"},
+    {"connections", COUNT, "", AT(connections), "1000", 1, 1e6, "connections at the same time"},
+    {"connections-per-address", COUNT, "", AT(connections_per_address), "0", 0, 1e6,
+     "connections of one address at the same time; 0 means no limit of its own"},
+    {"receive-seconds", SECONDS, "s", AT(receive_seconds), "20", 0.1, 86400,
+     "time a client has to send a request's header, and the longest pause in a body"},
+    {"idle-seconds", SECONDS, "s", AT(idle_seconds), "75", 0.1, 86400,
+     "time after which a connection without traffic is closed"},
+    {"receive-rate", COUNT, "bytes/s", AT(receive_rate), "500", 1, NO_END,
+     "rate below which a body counts as too slow"},
+    {"grace-seconds", SECONDS, "s", AT(grace_seconds), "30", 0, 86400,
+     "time that running requests have to end after SIGTERM"},
+    {"header-bytes", BYTES, "bytes", AT(header_bytes), "16KiB", 1024, 1 << 20,
+     "request line and header fields"},
+    {"body-bytes", BYTES, "bytes", AT(limits.body_bytes), "256MiB", 1, NO_END, "body, as sent"},
+    {"spool-bytes", BYTES, "bytes", AT(spool_bytes), "16MiB", 0, NO_END,
+     "bodies above this go to a file in data-dir instead of memory"},
+    {"decoded-bytes", BYTES, "bytes", AT(limits.decoded_bytes), "1GiB", 1, NO_END,
+     "body after its Content-Encoding is undone"},
+    {"depth", COUNT, "levels", AT(limits.depth), "64", 1, 10000, "nesting of a body"},
+    {"nodes", COUNT, "", AT(limits.nodes), "1000000", 1, NO_END,
+     "values of a body, an array of numbers being one"},
+    {"points", COUNT, "", AT(limits.points), "2000000", 1, 2147483647, "points of a cloud"},
+    {"neighbours", COUNT, "", AT(limits.neighbours), "500", 1, 1e6, "neighbours of one point"},
+    {"expression-bytes", BYTES, "bytes", AT(limits.expression_bytes), "4096", 1, 1 << 20,
+     "text of one expression"},
+    {"steps", COUNT, "", AT(limits.steps), "1000000", 1, NO_END, "steps of a time-dependent solve"},
+    {"memory-bytes", BYTES, "bytes", AT(limits.memory_bytes), "4GiB", 256 << 20, NO_END,
+     "address space of one worker"},
+    {"seconds", SECONDS, "s", AT(limits.seconds), "120", 0.01, 1e7,
+     "time a worker has for one synchronous request"},
+};
+
+enum { ROWS = sizeof table / sizeof *table };
+
+static const parameter *find(const char *name) {
+  for (int k = 0; k < ROWS; k++) {
+    if (strcmp(table[k].name, name) == 0) return &table[k];
+  }
+  return NULL;
+}
+
+/* ---- Values: one reader and one writer per kind ---- */
+
+static bool read_text(const parameter *row, void *value, const char *text, fault *why) {
+  const size_t length = strlen(text);
+  if (length >= PARAM_TEXT) {
+    return fault_set(why, "%s: got %zu characters, needs at most %d", row->name, length,
+                     PARAM_TEXT - 1);
+  }
+  if (length < (size_t)row->least) return fault_set(why, "%s: got an empty text", row->name);
+  memcpy(value, text, length + 1);
+  return true;
+}
+
+/* An empty text, or an URL that may stand in links: no blank, quote or control character. */
+static bool read_url(const parameter *row, void *value, const char *text, fault *why) {
+  bool good = strncmp(text, "http://", 7) == 0 || strncmp(text, "https://", 8) == 0;
+  for (const char *at = text; *at != '\0'; at++) {
+    good = good && *at > ' ' && *at <= '~' && strchr("\"<>\\^`{|}", *at) == NULL;
+  }
+  if (good || *text == '\0') return read_text(row, value, text, why);
+  return fault_set(why, "%s: got \"%.200s\", needs http://... or https://...", row->name, text);
+}
+
+static const struct {
+  const char *suffix;
+  double factor;
+} suffixes[] = {{"", 1},    {"KiB", 1 << 10}, {"MiB", 1 << 20}, {"GiB", 1 << 30},
+                {"k", 1e3}, {"M", 1e6},       {"G", 1e9}};
+
+/* A number with one of the first `allowed` suffixes; NaN if `text` is anything else. */
+static double number(const char *text, size_t allowed) {
+  char *end = NULL;
+  if (!isdigit((unsigned char)*text) && *text != '-' && *text != '.') return NAN;
+  const double value = strtod(text, &end);
+  while (*end == ' ') end++;
+  for (size_t k = 0; k < allowed; k++) {
+    if (strcmp(end, suffixes[k].suffix) == 0) return value * suffixes[k].factor;
+  }
+  return NAN;
+}
+
+static bool in_range(const parameter *row, double value, bool whole, const char *text, fault *why) {
+  if (value >= row->least && value <= row->most && (!whole || value == floor(value))) return true;
+  return fault_set(why, "%s: got \"%.100s\", needs %s from %.15g to %.15g%s%s", row->name, text,
+                   whole ? "an integer" : "a number", row->least, row->most,
+                   *row->unit != '\0' ? " " : "", row->unit);
+}
+
+static bool read_integer(const parameter *row, void *value, const char *text, fault *why) {
+  const double x = number(text, row->kind == BYTES ? 4 : sizeof suffixes / sizeof *suffixes);
+  if (!in_range(row, x, true, text, why)) return false;
+  *(int64_t *)value = (int64_t)x;
+  return true;
+}
+
+static bool read_seconds(const parameter *row, void *value, const char *text, fault *why) {
+  const double x = number(text, 1);
+  if (!in_range(row, x, false, text, why)) return false;
+  *(double *)value = x;
+  return true;
+}
+
+static bool read_level(const parameter *row, void *value, const char *text, fault *why) {
+  const int level = log_level_of(text);
+  if (level < 0) {
+    return fault_set(why, "%s: got \"%.100s\", needs error, info or debug", row->name, text);
+  }
+  *(int64_t *)value = level;
+  return true;
+}
+
+static void show_text(const void *value, char *room, size_t size) {
+  snprintf(room, size, "%s", (const char *)value);
+}
+
+static void show_integer(const void *value, char *room, size_t size) {
+  snprintf(room, size, "%lld", (long long)*(const int64_t *)value);
+}
+
+static void show_seconds(const void *value, char *room, size_t size) {
+  snprintf(room, size, "%.15g", *(const double *)value);
+}
+
+static void show_level(const void *value, char *room, size_t size) {
+  snprintf(room, size, "%s", log_level_name((log_level) * (const int64_t *)value));
+}
+
+static const struct {
+  bool (*read)(const parameter *row, void *value, const char *text, fault *why);
+  void (*show)(const void *value, char *room, size_t size);
+} kinds[] = {
+    [TEXT] = {read_text, show_text},          [URL] = {read_url, show_text},
+    [COUNT] = {read_integer, show_integer},   [BYTES] = {read_integer, show_integer},
+    [SECONDS] = {read_seconds, show_seconds}, [LEVEL] = {read_level, show_level},
+};
+
+static bool set(parameters *p, const parameter *row, const char *text, fault *why) {
+  return kinds[row->kind].read(row, (char *)p + row->offset, text, why);
+}
+
+bool param_set(parameters *p, const char *name, const char *text, fault *why) {
+  const parameter *row = find(name);
+  if (row == NULL) return fault_set(why, "no parameter is called \"%.100s\"; see --help", name);
+  return set(p, row, text, why);
+}
+
+void param_defaults(parameters *p) {
+  fault why;
+  memset(p, 0, sizeof *p);
+  for (int k = 0; k < ROWS; k++) {
+    if (!set(p, &table[k], table[k].initial, &why)) abort(); /* a row above contradicts itself */
+  }
+}
+
+const char *param_name(int row) {
+  return row >= 0 && row < ROWS ? table[row].name : NULL;
+}
+
+const char *param_show(const parameters *p, int row, char *room, size_t size) {
+  kinds[table[row].kind].show((const char *)p + table[row].offset, room, size);
+  return room;
+}
+
+/* ---- Configuration file ---- */
+
+/* Cuts blanks at both ends, in place. */
+static char *trimmed(char *text) {
+  while (isspace((unsigned char)*text)) text++;
+  char *end = text + strlen(text);
+  while (end > text && isspace((unsigned char)end[-1])) end--;
+  *end = '\0';
+  return text;
+}
+
+static void cut_comment(char *line) {
+  for (char *at = line; *at != '\0'; at++) {
+    if (*at == '#' && (at == line || isspace((unsigned char)at[-1]))) {
+      *at = '\0';
+      return;
+    }
+  }
+}
+
+static bool read_line(parameters *p, char *line, fault *why) {
+  cut_comment(line);
+  char *name = trimmed(line);
+  if (*name == '\0') return true;
+  char *equals = strchr(name, '=');
+  if (equals == NULL) return fault_set(why, "got \"%.100s\", needs name = value", name);
+  *equals = '\0';
+  return param_set(p, trimmed(name), trimmed(equals + 1), why);
+}
+
+bool param_read(parameters *p, const char *path, fault *why) {
+  FILE *file = fopen(path, "re");
+  if (file == NULL) return fault_set(why, "cannot read %.200s: %s", path, strerror(errno));
+  bool good = true;
+  char *line = NULL;
+  size_t room = 0;
+  for (int number_of_line = 1; good && getline(&line, &room, file) >= 0; number_of_line++) {
+    fault inner;
+    good = read_line(p, line, &inner);
+    if (!good) fault_set(why, "%.200s:%d: %.280s", path, number_of_line, inner.text);
+  }
+  if (good && ferror(file)) good = fault_set(why, "cannot read %.200s: %s", path, strerror(errno));
+  free(line);
+  fclose(file);
+  return good;
+}
+
+/* ---- Command line ---- */
+
+/* Is argv[*k] option `name`? Then *value is its value and *k stands on the last word used. */
+static bool option(int count, char **argv, int *k, char *name, size_t size, const char **value) {
+  const char *word = argv[*k];
+  if (strncmp(word, "--", 2) != 0 || word[2] == '\0') return false;
+  const size_t length = strcspn(word + 2, "=");
+  snprintf(name, size, "%.*s", (int)length, word + 2);
+  *value = word[2 + length] == '=' ? word + 3 + length : NULL;
+  if (*value == NULL && *k + 1 < count) *value = argv[++*k];
+  return true;
+}
+
+/* Applies the options of argv; `config` says which half: the configuration file or all others. */
+static bool apply(parameters *p, bool config, int count, char **argv, int *kept, fault *why) {
+  char name[64];
+  const char *value;
+  bool literal = false;
+  *kept = 0;
+  for (int k = 0; k < count; k++) {
+    const int at = k;
+    if (!literal && strcmp(argv[k], "--") == 0) {
+      literal = true;
+    } else if (literal || !option(count, argv, &k, name, sizeof name, &value)) {
+      if (!config) argv[*kept] = argv[at];
+      ++*kept;
+    } else if (value == NULL) {
+      return fault_set(why, "--%s: got no value", name);
+    } else if (strcmp(name, "config") == 0) {
+      if (config && !param_read(p, value, why)) return false;
+    } else if (!config && !param_set(p, name, value, why)) {
+      return false;
+    }
+  }
+  return true;
+}
+
+bool param_take(parameters *p, int *count, char **argv, fault *why) {
+  int kept;
+  if (!apply(p, true, *count, argv, &kept, why)) return false;
+  if (!apply(p, false, *count, argv, &kept, why)) return false;
+  *count = kept;
+  return true;
+}
+
+/* ---- Help ---- */
+
+void param_help(FILE *out) {
+  for (int k = 0; k < ROWS; k++) {
+    const parameter *row = &table[k];
+    fprintf(out, "  --%s %s\n        %s", row->name, *row->unit != '\0' ? row->unit : "N",
+            row->help);
+    if (*row->initial != '\0') fprintf(out, " (%s)", row->initial);
+    fputc('\n', out);
+  }
+}
+
+static void print_range(FILE *out, const parameter *row) {
+  if (row->most <= row->least) {
+    fputs(" |", out);
+  } else if (row->most >= NO_END) {
+    fprintf(out, " at least %.15g |", row->least);
+  } else {
+    fprintf(out, " %.15g to %.15g |", row->least, row->most);
+  }
+}
+
+void param_reference(FILE *out) {
+  fputs(
+      "# Parameters of scatterd\n\n"
+      "Each is an option `--name value` of the command line and a line `name = value` of the file\n"
+      "that `--config FILE` names; the command line wins. Sizes take KiB, MiB and GiB.\n\n"
+      "| name | default | unit | range | meaning |\n|---|---|---|---|---|\n",
+      out);
+  for (int k = 0; k < ROWS; k++) {
+    const parameter *row = &table[k];
+    fprintf(out, "| %s | %s | ", row->name, row->initial);
+    for (const char *at = row->unit; *at != '\0'; at++)
+      fprintf(out, *at == '|' ? "\\|" : "%c", *at);
+    fputs(" |", out);
+    print_range(out, row);
+    fprintf(out, " %s |\n", row->help);
+  }
+}

@@ -1,0 +1,59 @@
+/* param.h - every parameter of the daemon, in one table (param.c) from which the command line, the
+ * configuration file, --help and the reference page come. Test: unit.param.
+ */
+#ifndef SCATTERD_PARAM_H
+#define SCATTERD_PARAM_H
+
+#include <stdbool.h>
+#include <stdint.h>
+#include <stdio.h>
+
+#include "fault.h"
+#include "limits.h"
+
+enum { PARAM_TEXT = 1024 };
+
+typedef struct {
+  char listen[PARAM_TEXT];
+  char data_dir[PARAM_TEXT];
+  char public_url[PARAM_TEXT];
+  char cors_origins[PARAM_TEXT];
+  int64_t log_level; /* log_level of log.h */
+  int64_t workers;
+  int64_t recycle; /* requests */
+  int64_t queue;   /* requests */
+  int64_t connections;
+  int64_t connections_per_address;
+  int64_t spool_bytes;
+  int64_t header_bytes;
+  int64_t receive_rate; /* bytes per second */
+  double receive_seconds;
+  double idle_seconds;
+  double grace_seconds;
+  limits limits;
+} parameters;
+
+/* All defaults. */
+void param_defaults(parameters *p);
+
+/* Sets one parameter from its text. False with a message that says name, got and needed. */
+bool param_set(parameters *p, const char *name, const char *text, fault *why);
+
+/* Reads a configuration file: lines `name = value`; `#` starts a comment at the start of a line or
+ * after a blank. False with file and line in the message. */
+bool param_read(parameters *p, const char *path, fault *why);
+
+/* Takes `--name value` and `--name=value` from argv[0 .. *count-1]; `--config FILE` is read first,
+ * wherever it stands, so that the command line wins. What is no option stays in argv, in order, and
+ * *count becomes its number; after `--` everything stays. */
+bool param_take(parameters *p, int *count, char **argv, fault *why);
+
+/* The option part of --help; the reference page in Markdown. */
+void param_help(FILE *out);
+void param_reference(FILE *out);
+
+/* The value of parameter `row` as text a configuration file could hold; NULL past the last row. */
+const char *param_name(int row);
+const char *param_show(const parameters *p, int row, char *room, size_t size);
+
+#endif

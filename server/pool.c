@@ -1,0 +1,422 @@
+#include "pool.h"
+
+#include <errno.h>
+#include <math.h>
+#include <signal.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/epoll.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "child.h"
+#include "log.h"
+
+static const double start_seconds = 30;    /* for a worker to come up */
+static const double end_seconds = 5;       /* for a worker to go when told */
+static const double first_delay = 0.1;     /* after a worker died without serving anything */
+static const double longest_delay = 5;     /* the delay doubles up to here */
+static const double retry_most = 60;       /* of Retry-After */
+static const double memory_of_mean = 0.05; /* weight of the newest request in the mean time */
+
+struct pool_task {
+  pool_task *next; /* in the queue */
+  ipc_ask ask;
+  int body;
+  pool_done *done;
+  void *context;
+  double started; /* loop_now at which a worker got it */
+  char phase[32];
+};
+
+typedef enum { ABSENT, STARTING, IDLE, BUSY, ENDING } state;
+
+typedef struct {
+  pool *pool;
+  state state;
+  double until; /* ABSENT: when to start it; STARTING, BUSY, ENDING: when patience ends */
+  child child;
+  loop_source exited, spoke;
+  pool_task *task; /* BUSY */
+  int64_t served;  /* requests, in this life */
+  int failures;    /* lives in a row that served nothing */
+  bool planned;    /* its end is */
+} worker;
+
+struct pool {
+  loop *loop;
+  const parameters *set;
+  int count;
+  worker *workers;
+  pool_task *first, **last; /* queue */
+  int waiting;
+  bool stopped;
+  double mean; /* seconds of a request, weighted towards the recent ones */
+};
+
+int pool_workers(int64_t parameter) {
+  if (parameter > 0) return (int)parameter;
+  const long processors = sysconf(_SC_NPROCESSORS_ONLN);
+  return processors < 2 ? 2 : (int)processors;
+}
+
+/* ---- Tasks ---- */
+
+static pool_task *queue_pop(pool *p) {
+  pool_task *t = p->first;
+  p->first = t->next;
+  if (p->first == NULL) p->last = &p->first;
+  p->waiting--;
+  return t;
+}
+
+static void queue_push(pool *p, pool_task *t) {
+  t->next = NULL;
+  *p->last = t;
+  p->last = &t->next;
+  p->waiting++;
+}
+
+static void queue_push_front(pool *p, pool_task *t) {
+  t->next = p->first;
+  p->first = t;
+  if (t->next == NULL) p->last = &t->next;
+  p->waiting++;
+}
+
+static void queue_remove(pool *p, pool_task *t) {
+  for (pool_task **at = &p->first; *at != NULL; at = &(*at)->next) {
+    if (*at != t) continue;
+    *at = t->next;
+    if (t->next == NULL) p->last = at;
+    p->waiting--;
+    return;
+  }
+}
+
+/* Ends the task of a worker. */
+static void finish(worker *w, pool_outcome *outcome) {
+  pool_task *t = w->task;
+  w->task = NULL;
+  outcome->worker = w->child.pid;
+  outcome->seconds = loop_now() - t->started;
+  memcpy(outcome->phase, t->phase, sizeof t->phase);
+  w->pool->mean += memory_of_mean * (outcome->seconds - w->pool->mean);
+  t->done(t->context, outcome);
+  free(t);
+}
+
+static void finish_without_reply(worker *w, pool_end end) {
+  pool_outcome outcome = {.end = end, .fd = -1};
+  if (w->task != NULL) finish(w, &outcome);
+}
+
+/* ---- Life of a worker ---- */
+
+static void become(worker *w, state s, double seconds) {
+  w->state = s;
+  w->until = loop_now() + seconds;
+}
+
+static void close_socket(worker *w) {
+  if (w->child.socket < 0) return;
+  loop_forget(w->pool->loop, w->child.socket, &w->spoke);
+  close(w->child.socket);
+  w->child.socket = -1;
+}
+
+/* Waits for the end of the process, which was killed or has ended, and closes what is open. */
+static void reap(worker *w, siginfo_t *how) {
+  close_socket(w);
+  if (w->child.pidfd >= 0) loop_forget(w->pool->loop, w->child.pidfd, &w->exited);
+  child_reap(&w->child, how);
+}
+
+/* Tells an idle worker to go: it leaves its loop when the socket closes. */
+static void dismiss(worker *w) {
+  w->planned = true;
+  close_socket(w);
+  become(w, ENDING, end_seconds);
+}
+
+static void kill_worker(worker *w) {
+  child_kill(&w->child);
+  close_socket(w);
+  become(w, ENDING, end_seconds);
+}
+
+/* After a life that served nothing: the delay grows, so that a worker that cannot live costs
+ * little. */
+static void start_later(worker *w) {
+  become(w, ABSENT, fmin(longest_delay, first_delay * ldexp(1, w->failures++)));
+}
+
+static bool watch(worker *w) {
+  return loop_watch(w->pool->loop, w->child.pidfd, EPOLLIN, &w->exited) &&
+         loop_watch(w->pool->loop, w->child.socket, EPOLLIN, &w->spoke);
+}
+
+static void start(worker *w) {
+  if (!child_start(&w->child, w->pool->set->limits.memory_bytes) || !watch(w)) {
+    log_say(LOG_ERROR, "worker", "cannot start a worker: %s", strerror(errno));
+    child_kill(&w->child);
+    reap(w, &(siginfo_t){0});
+    start_later(w);
+    return;
+  }
+  w->served = 0;
+  w->planned = false;
+  become(w, STARTING, start_seconds);
+}
+
+/* ---- Giving out work ---- */
+
+static bool hand_over(worker *w, pool_task *t) {
+  if (!ipc_send(w->child.socket, &t->ask, sizeof t->ask, t->body)) return false;
+  t->started = loop_now();
+  w->task = t;
+  become(w, BUSY, w->pool->set->limits.seconds);
+  return true;
+}
+
+static void dispatch(pool *p) {
+  for (int k = 0; k < p->count && p->first != NULL; k++) {
+    worker *w = &p->workers[k];
+    if (w->state != IDLE) continue;
+    pool_task *t = queue_pop(p);
+    if (hand_over(w, t)) continue;
+    queue_push_front(p, t);
+    kill_worker(w); /* it died or does not listen; its exit starts another */
+  }
+}
+
+static void become_idle(worker *w) {
+  w->state = IDLE;
+  w->until = INFINITY;
+  if (w->served >= w->pool->set->recycle) dismiss(w);
+}
+
+/* ---- What workers say ---- */
+
+static bool has_bytes(int fd, int64_t size) {
+  struct stat facts;
+  return fd >= 0 && size >= 0 && fstat(fd, &facts) == 0 && facts.st_size >= size;
+}
+
+/* A reply came. False if it is not one. */
+static bool take_reply(worker *w, const ipc_news *news, int fd) {
+  pool_outcome outcome = {.end = POOL_MEMORY, .fd = -1};
+  if (w->state != BUSY) return false;
+  if (news->status != 0) {
+    if (!has_bytes(fd, news->size) || news->coding >= CODING_COUNT) return false;
+    outcome = (pool_outcome){.end = POOL_REPLY,
+                             .status = news->status,
+                             .coding = news->coding,
+                             .fd = fd,
+                             .size = (size_t)news->size};
+    memcpy(outcome.type, news->type, sizeof outcome.type - 1);
+  } else if (fd >= 0) {
+    return false;
+  }
+  w->served++;
+  w->failures = 0;
+  finish(w, &outcome);
+  become_idle(w);
+  return true;
+}
+
+static bool take(worker *w, const ipc_news *news, int fd) {
+  if (news->kind == IPC_REPLY) return take_reply(w, news, fd);
+  if (fd >= 0) return false;
+  if (news->kind == IPC_READY && w->state == STARTING) {
+    become_idle(w);
+    return true;
+  }
+  if (news->kind == IPC_PROGRESS && w->state == BUSY) {
+    memcpy(w->task->phase, news->phase, sizeof news->phase - 1);
+    return true;
+  }
+  return false;
+}
+
+/* Reads all that a worker said. One that talks nonsense is killed. */
+static void listen_to(worker *w) {
+  ipc_news news;
+  int fd;
+  while (w->child.socket >= 0) {
+    const ipc_result result = ipc_receive(w->child.socket, &news, sizeof news, &fd);
+    if (result == IPC_NOTHING) return;
+    if (result == IPC_MESSAGE && take(w, &news, fd)) continue;
+    if (result == IPC_MESSAGE && fd >= 0) close(fd);
+    kill_worker(w); /* gone, or to be; on_exited does the rest */
+  }
+}
+
+static void on_spoke(void *self, uint32_t events) {
+  worker *w = self;
+  (void)events;
+  listen_to(w);
+  dispatch(w->pool);
+}
+
+static void log_exit(const worker *w, pid_t pid, const siginfo_t *how) {
+  const bool exited = how->si_code == CLD_EXITED;
+  const bool clean = w->planned && (how->si_status == (exited ? 0 : SIGKILL));
+  log_line line;
+  log_begin(&line, clean ? LOG_DEBUG : LOG_ERROR, "worker-exit");
+  log_count(&line, "worker", pid);
+  log_count(&line, exited ? "code" : "signal", how->si_status);
+  log_count(&line, "served", w->served);
+  log_end(&line);
+}
+
+static void on_exited(void *self, uint32_t events) {
+  worker *w = self;
+  siginfo_t how = {0};
+  (void)events;
+  listen_to(w); /* a reply may have come just before the end */
+  finish_without_reply(w, POOL_CRASH);
+  const pid_t pid = w->child.pid;
+  reap(w, &how);
+  log_exit(w, pid, &how);
+  if (w->planned || w->served > 0) {
+    start(w);
+  } else {
+    start_later(w);
+  }
+}
+
+/* ---- Deadlines ---- */
+
+static double due(void *self) {
+  const pool *p = self;
+  double first = INFINITY;
+  for (int k = 0; k < p->count; k++) first = fmin(first, p->workers[k].until);
+  return first;
+}
+
+static void run_out(worker *w) {
+  if (w->state == ABSENT) {
+    start(w);
+    return;
+  }
+  if (w->state == BUSY) w->planned = true;
+  finish_without_reply(w, POOL_TIME);
+  kill_worker(w);
+}
+
+static void run(void *self) {
+  pool *p = self;
+  const double now = loop_now();
+  for (int k = 0; k < p->count; k++) {
+    if (p->workers[k].until <= now) run_out(&p->workers[k]);
+  }
+}
+
+/* ---- The pool ---- */
+
+pool *pool_new(loop *l, const parameters *set, fault *why) {
+  pool *p = calloc(1, sizeof *p);
+  const int count = pool_workers(set->workers);
+  if (p != NULL) p->workers = calloc((size_t)count, sizeof *p->workers);
+  if (p == NULL || p->workers == NULL) {
+    free(p);
+    fault_set(why, "out of memory");
+    return NULL;
+  }
+  p->loop = l;
+  p->set = set;
+  p->count = count;
+  p->last = &p->first;
+  child_environment(set->limits.threads);
+  for (int k = 0; k < count; k++) {
+    worker *w = &p->workers[k];
+    *w = (worker){.pool = p, .child = {.pidfd = -1, .socket = -1}};
+    w->exited = (loop_source){on_exited, w};
+    w->spoke = (loop_source){on_spoke, w};
+    start(w);
+  }
+  loop_add(l, (loop_chore){due, run, p});
+  return p;
+}
+
+static void end_worker(worker *w) {
+  siginfo_t how;
+  child_kill(&w->child);
+  finish_without_reply(w, POOL_STOPPED);
+  reap(w, &how);
+  w->state = ABSENT;
+  w->until = INFINITY;
+}
+
+void pool_stop(pool *p) {
+  p->stopped = true;
+  for (int k = 0; k < p->count; k++) end_worker(&p->workers[k]);
+  while (p->first != NULL) {
+    pool_task *t = queue_pop(p);
+    t->done(t->context, &(pool_outcome){.end = POOL_STOPPED, .fd = -1});
+    free(t);
+  }
+}
+
+void pool_free(pool **p) {
+  if (*p == NULL) return;
+  pool_stop(*p);
+  free((*p)->workers);
+  free(*p);
+  *p = NULL;
+}
+
+static bool has_idle(const pool *p) {
+  for (int k = 0; k < p->count; k++) {
+    if (p->workers[k].state == IDLE) return true;
+  }
+  return false;
+}
+
+pool_task *pool_submit(pool *p, const ipc_ask *ask, int body, pool_done *done, void *context) {
+  if (p->stopped) return NULL;
+  if (p->waiting >= p->set->queue && !(p->waiting == 0 && has_idle(p))) return NULL;
+  pool_task *t = calloc(1, sizeof *t);
+  if (t == NULL) return NULL;
+  t->ask = *ask;
+  t->body = body;
+  t->done = done;
+  t->context = context;
+  queue_push(p, t);
+  dispatch(p);
+  return t;
+}
+
+void pool_cancel(pool *p, pool_task *task) {
+  for (int k = 0; k < p->count; k++) {
+    worker *w = &p->workers[k];
+    if (w->task != task) continue;
+    w->task = NULL;
+    w->planned = true;
+    kill_worker(w);
+    free(task);
+    return;
+  }
+  queue_remove(p, task);
+  free(task);
+}
+
+int pool_ready(const pool *p) {
+  int count = 0;
+  for (int k = 0; k < p->count; k++) {
+    count += p->workers[k].state == IDLE || p->workers[k].state == BUSY;
+  }
+  return count;
+}
+
+int pool_tasks(const pool *p) {
+  int count = p->waiting;
+  for (int k = 0; k < p->count; k++) count += p->workers[k].task != NULL;
+  return count;
+}
+
+int pool_retry_after(const pool *p) {
+  const double seconds = p->mean * (p->waiting + 1) / p->count;
+  return (int)ceil(fmin(retry_most, fmax(1, seconds)));
+}

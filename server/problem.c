@@ -1,0 +1,167 @@
+#include "problem.h"
+
+#include <stdarg.h>
+#include <stdbool.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "emit.h"
+
+#define OGC "http://www.opengis.net/def/exceptions/ogcapi-processes-1/1.0/"
+
+static const struct {
+  const char *uri, *title;
+} types[PROBLEM_TYPES] = {
+    [PROBLEM_BLANK] = {"about:blank", NULL},
+    [PROBLEM_NO_SUCH_PROCESS] = {OGC "no-such-process", "No such process"},
+    [PROBLEM_NO_SUCH_JOB] = {OGC "no-such-job", "No such job"},
+    [PROBLEM_RESULT_NOT_READY] = {OGC "result-not-ready", "Result not ready"},
+};
+
+static const struct {
+  int status;
+  const char *phrase;
+} phrases[] = {
+    {200, "OK"},
+    {201, "Created"},
+    {204, "No Content"},
+    {400, "Bad Request"},
+    {401, "Unauthorized"},
+    {403, "Forbidden"},
+    {404, "Not Found"},
+    {405, "Method Not Allowed"},
+    {406, "Not Acceptable"},
+    {408, "Request Timeout"},
+    {410, "Gone"},
+    {411, "Length Required"},
+    {413, "Content Too Large"},
+    {414, "URI Too Long"},
+    {415, "Unsupported Media Type"},
+    {422, "Unprocessable Content"},
+    {429, "Too Many Requests"},
+    {431, "Request Header Fields Too Large"},
+    {500, "Internal Server Error"},
+    {501, "Not Implemented"},
+    {503, "Service Unavailable"},
+    {504, "Gateway Timeout"},
+    {507, "Insufficient Storage"},
+};
+
+const char *problem_phrase(int status) {
+  for (size_t k = 0; k < sizeof phrases / sizeof *phrases; k++) {
+    if (phrases[k].status == status) return phrases[k].phrase;
+  }
+  return "Error";
+}
+
+/* Bytes of the UTF-8 character at `s`, 0 if there is none (RFC 3629, table of section 4). */
+static size_t utf8_length(const unsigned char *s) {
+  if (s[0] < 0x80) return 1;
+  const size_t length = s[0] < 0xE0 ? 2 : s[0] < 0xF0 ? 3 : 4;
+  const unsigned char low = s[0] == 0xE0 ? 0xA0 : s[0] == 0xF0 ? 0x90 : 0x80;
+  const unsigned char high = s[0] == 0xED ? 0x9F : s[0] == 0xF4 ? 0x8F : 0xBF;
+  if (s[0] < 0xC2 || s[0] > 0xF4 || s[1] < low || s[1] > high) return 0;
+  for (size_t k = 2; k < length; k++) {
+    if ((s[k] & 0xC0) != 0x80) return 0;
+  }
+  return length;
+}
+
+/* Makes `text` valid UTF-8 in place. If it was cut (`full`), a broken character at its end goes. */
+static void make_utf8(char *text, bool full) {
+  unsigned char *s = (unsigned char *)text;
+  while (*s != '\0') {
+    const size_t length = utf8_length(s);
+    if (length == 0 && full && strlen((char *)s) < 4) {
+      *s = '\0';
+      return;
+    }
+    if (length == 0) *s = '?';
+    s += length == 0 ? 1 : length;
+  }
+}
+
+static void write_text(char *text, size_t room, const char *format, va_list arguments) {
+  const int length = vsnprintf(text, room, format, arguments);
+  if (length < 0) *text = '\0';
+  make_utf8(text, length >= 0 && (size_t)length >= room);
+}
+
+static void begin(problem *p, problem_type type, int status, const char *format,
+                  va_list arguments) {
+  p->status = status;
+  p->type = type;
+  p->count = p->found = 0;
+  write_text(p->detail, sizeof p->detail, format, arguments);
+}
+
+void problem_begin(problem *p, int status, const char *format, ...) {
+  va_list arguments;
+  va_start(arguments, format);
+  begin(p, PROBLEM_BLANK, status, format, arguments);
+  va_end(arguments);
+}
+
+void problem_begin_type(problem *p, problem_type type, int status, const char *format, ...) {
+  va_list arguments;
+  va_start(arguments, format);
+  begin(p, type, status, format, arguments);
+  va_end(arguments);
+}
+
+void problem_add(problem *p, const char *pointer, const char *format, ...) {
+  if (p->found++ >= PROBLEM_ERRORS_MAX) return;
+  const int k = p->count++;
+  const int length = snprintf(p->errors[k].pointer, PROBLEM_POINTER, "%s", pointer);
+  make_utf8(p->errors[k].pointer, length >= PROBLEM_POINTER);
+  va_list arguments;
+  va_start(arguments, format);
+  write_text(p->errors[k].detail, PROBLEM_TEXT, format, arguments);
+  va_end(arguments);
+}
+
+static void emit_member(emit *e, const char *key, const char *text) {
+  emit_key(e, key);
+  emit_text(e, text);
+}
+
+static void emit_errors(emit *e, const problem *p) {
+  emit_key(e, "errors");
+  emit_list(e);
+  for (int k = 0; k < p->count; k++) {
+    emit_object(e);
+    emit_member(e, "pointer", p->errors[k].pointer);
+    emit_member(e, "detail", p->errors[k].detail);
+    emit_end(e);
+  }
+  emit_end(e);
+}
+
+static void emit_problem(emit *e, const problem *p) {
+  const char *title = types[p->type].title;
+  emit_object(e);
+  emit_member(e, "type", types[p->type].uri);
+  emit_member(e, "title", title != NULL ? title : problem_phrase(p->status));
+  emit_key(e, "status");
+  emit_integer(e, p->status);
+  emit_member(e, "detail", p->detail);
+  if (p->count > 0) emit_errors(e, p);
+  emit_end(e);
+}
+
+char *problem_bytes(const problem *p, size_t *size) {
+  char *copy = NULL;
+  emit *e = emit_new(EMIT_JSON);
+  if (e == NULL) return NULL;
+  emit_problem(e, p);
+  if (!emit_ok(e)) goto done;
+  const void *bytes = emit_bytes(e, size);
+  copy = malloc(*size + 1);
+  if (copy == NULL) goto done;
+  memcpy(copy, bytes, *size);
+  copy[*size] = '\0';
+done:
+  emit_free(&e);
+  return copy;
+}

@@ -1,0 +1,224 @@
+#include "route.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "execute.h"
+#include "field.h"
+#include "media.h"
+#include "site.h"
+
+static const char html[] = "text/html; charset=utf-8";
+static const char openapi[] = "application/vnd.oai.openapi+json;version=3.0";
+
+/* ---- Small handlers ---- */
+
+/* What the client takes of `offers`; -1 after a 406. */
+static int choose(exchange *x, const char *const *offers, int count) {
+  char room[512];
+  const char *accept = http_field(x, "Accept", room, sizeof room);
+  const int chosen = media_choose(accept, offers, count);
+  exchange_add(x, "Vary", "Accept");
+  if (chosen < 0) {
+    exchange_refuse(x, 406, "Accept: got \"%.100s\", needs %s%s%s", accept, offers[0],
+                    count > 1 ? " or " : "", count > 1 ? offers[1] : "");
+  }
+  return chosen;
+}
+
+static void serve_json(exchange *x, const char *name) {
+  const char *const offers[] = {media_type(MEDIA_JSON)};
+  if (choose(x, offers, 1) == 0) site_serve(x, name, offers[0]);
+}
+
+static void get_landing(const service *s, exchange *x) {
+  (void)s;
+  const char *const offers[] = {media_type(MEDIA_JSON), html};
+  const int chosen = choose(x, offers, 2);
+  if (chosen == 0) site_serve(x, "landing.json", offers[0]);
+  if (chosen == 1) site_serve(x, "landing.html", html);
+}
+
+static void get_api(const service *s, exchange *x) {
+  (void)s;
+  const char *const offers[] = {openapi, media_type(MEDIA_JSON), html};
+  const int chosen = choose(x, offers, 3);
+  if (chosen == 0 || chosen == 1) site_serve(x, "openapi.json", offers[chosen]);
+  if (chosen == 2) site_serve(x, "api.html", html);
+}
+
+static void get_conformance(const service *s, exchange *x) {
+  (void)s;
+  serve_json(x, "conformance.json");
+}
+
+static void get_processes(const service *s, exchange *x) {
+  (void)s;
+  const char *const offers[] = {media_type(MEDIA_JSON)};
+  const char *text = http_argument(x, "limit");
+  char *end = NULL;
+  const long limit = text != NULL ? strtol(text, &end, 10) : 10000;
+  if (text != NULL && (*text < '0' || *text > '9' || *end != '\0' || limit < 1 || limit > 10000)) {
+    exchange_refuse(x, 400, "limit: got \"%.100s\", needs an integer from 1 to 10000", text);
+    return;
+  }
+  if (choose(x, offers, 1) == 0) site_processes(x, limit);
+}
+
+static void get_process(const service *s, exchange *x) {
+  (void)s;
+  char name[128];
+  problem p;
+  if (site_has_process(x->item)) {
+    snprintf(name, sizeof name, "processes/%s.json", x->item);
+    serve_json(x, name);
+    return;
+  }
+  problem_begin_type(&p, PROBLEM_NO_SUCH_PROCESS, 404, "there is no process \"%.64s\"", x->item);
+  exchange_problem(x, &p);
+}
+
+static void get_healthz(const service *s, exchange *x) {
+  (void)s;
+  exchange_text(x, 200, media_type(MEDIA_JSON), "{\"status\":\"ok\"}");
+}
+
+static void get_readyz(const service *s, exchange *x) {
+  if (pool_ready(s->pool) > 0) {
+    exchange_text(x, 200, media_type(MEDIA_JSON), "{\"status\":\"ready\"}");
+    return;
+  }
+  exchange_add(x, "Retry-After", "1");
+  exchange_refuse(x, 503, "no worker is up");
+}
+
+/* ---- The table ---- */
+
+typedef struct {
+  const char *method;
+  const char *path;                             /* {} stands for one segment: exchange.item */
+  void (*begin)(const service *s, exchange *x); /* NULL: the route takes no body */
+  void (*serve)(const service *s, exchange *x);
+  void (*end)(const service *s, exchange *x); /* NULL: nothing to do */
+} route;
+
+static const route table[] = {
+    {"GET", "/", NULL, get_landing, NULL},
+    {"GET", "/api", NULL, get_api, NULL},
+    {"GET", "/conformance", NULL, get_conformance, NULL},
+    {"GET", "/processes", NULL, get_processes, NULL},
+    {"GET", "/processes/{}", NULL, get_process, NULL},
+    {"POST", "/processes/{}/execution", execute_begin, execute_serve, execute_end},
+    {"GET", "/healthz", NULL, get_healthz, NULL},
+    {"GET", "/readyz", NULL, get_readyz, NULL},
+};
+
+enum { ROWS = sizeof table / sizeof *table };
+
+/* Does `path` fit `pattern`? Then item is what {} stands for, "" without one. */
+static bool fits(const char *pattern, const char *path, char item[EXCHANGE_ITEM]) {
+  const char *hole = strstr(pattern, "{}");
+  *item = '\0';
+  if (hole == NULL) return strcmp(pattern, path) == 0;
+  const size_t before = (size_t)(hole - pattern);
+  if (strncmp(pattern, path, before) != 0) return false;
+  const size_t length = strcspn(path + before, "/");
+  if (length == 0 || length >= EXCHANGE_ITEM || strcmp(path + before + length, hole + 2) != 0) return false;
+  snprintf(item, EXCHANGE_ITEM, "%.*s", (int)length, path + before);
+  return true;
+}
+
+/* HEAD is GET without the body, which http.c leaves out. */
+static bool is_method(const route *r, const char *method) {
+  return strcmp(r->method, method) == 0 ||
+         (strcmp(r->method, "GET") == 0 && strcmp(method, "HEAD") == 0);
+}
+
+/* Finds the route of an exchange; `allow` is the list of methods its path has, "" if the path is
+ * unknown. */
+static const route *find(exchange *x, char allow[64]) {
+  const route *found = NULL;
+  size_t used = 0;
+  char item[EXCHANGE_ITEM];
+  *allow = '\0';
+  for (int k = 0; k < ROWS; k++) {
+    if (!fits(table[k].path, x->path, item)) continue;
+    memcpy(x->item, item, sizeof item);
+    used += (size_t)snprintf(allow + used, 64 - used, "%s%s, ", table[k].method,
+                             strcmp(table[k].method, "GET") == 0 ? ", HEAD" : "");
+    if (is_method(&table[k], x->method)) found = &table[k];
+  }
+  if (used > 0) snprintf(allow + used, 64 - used, "OPTIONS");
+  return found;
+}
+
+/* ---- Other origins (the Fetch standard's CORS protocol) ---- */
+
+static bool is_listed(const char *origins, const char *origin) {
+  const size_t length = strlen(origin);
+  for (const char *at = origins; *at != '\0';) {
+    at += strspn(at, " ,");
+    const size_t step = strcspn(at, " ,");
+    if (step == 1 && *at == '*') return true;
+    if (step == length && strncmp(at, origin, length) == 0) return true;
+    at += step;
+  }
+  return false;
+}
+
+static void add_cors(const service *s, exchange *x) {
+  char room[512];
+  if (*s->set->cors_origins == '\0') return;
+  exchange_add(x, "Vary", "Origin");
+  const char *origin = http_field(x, "Origin", room, sizeof room);
+  if (origin == NULL || !is_listed(s->set->cors_origins, origin)) return;
+  exchange_add(x, "Access-Control-Allow-Origin", "%s", origin);
+  exchange_add(x, "Access-Control-Expose-Headers", "Location, Retry-After, X-Request-Id");
+}
+
+static void answer_options(exchange *x, const char *allow) {
+  exchange_add(x, "Allow", "%s", allow);
+  exchange_add(x, "Access-Control-Allow-Methods", "%s", allow);
+  exchange_add(x, "Access-Control-Allow-Headers",
+               "Accept, Content-Type, Content-Encoding, Prefer, X-Request-Id");
+  exchange_add(x, "Access-Control-Max-Age", "86400");
+  exchange_text(x, 204, "", "");
+}
+
+/* ---- The handler ---- */
+
+static void begin(void *self, exchange *x) {
+  const service *s = self;
+  char allow[64];
+  add_cors(s, x);
+  const route *r = find(x, allow);
+  if (strcmp(x->path, "*") == 0) snprintf(allow, sizeof allow, "GET, HEAD, POST, OPTIONS");
+  x->route = r;
+  if (*allow == '\0') {
+    exchange_refuse(x, 404, "there is nothing at %.200s", x->path);
+  } else if (strcmp(x->method, "OPTIONS") == 0) {
+    answer_options(x, allow);
+  } else if (r == NULL) {
+    exchange_add(x, "Allow", "%s", allow);
+    exchange_refuse(x, 405, "%s: got %s, needs one of %s", x->path, x->method, allow);
+  } else if (r->begin != NULL) {
+    r->begin(s, x);
+  } else if (x->declared != 0) {
+    r->serve(s, x); /* it does not want the body: http.c replies and closes */
+  }
+}
+
+static void serve(void *self, exchange *x) {
+  const route *r = x->route;
+  r->serve(self, x);
+}
+
+static void end(void *self, exchange *x) {
+  const route *r = x->route;
+  if (r != NULL && r->end != NULL) r->end(self, x);
+}
+
+http_handler route_handler(service *s) {
+  return (http_handler){s, begin, serve, end};
+}

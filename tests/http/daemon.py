@@ -1,0 +1,238 @@
+"""Starts a daemon for a test and stops it; talks HTTP to it.
+
+    class MyTest(daemon.Case):
+        options = ["--workers", "1"]
+        def test_it(self):
+            reply = self.get("/healthz")
+
+The program is $SCATTERD, the one with a worker that fails on demand $SCATTERD_STUB (stub_answer.c);
+a Case runs the latter unless `stub` is False. A daemon listens on a free port (or a Unix socket),
+keeps its files in a directory of its own, and must stop with status 0 and leave nothing behind.
+"""
+
+import contextlib
+import http.client
+import json
+import os
+import pathlib
+import re
+import shutil
+import signal
+import socket
+import subprocess
+import tempfile
+import threading
+import time
+import unittest
+
+EXECUTE = "/processes/solve/execution"
+PATIENCE = 30  # seconds that anything may take on a busy machine
+
+
+def program(stub):
+    return os.environ["SCATTERD_STUB" if stub else "SCATTERD"]
+
+
+def wait_until(condition, what, seconds=PATIENCE):
+    """Polls until condition() is true and returns what it returned."""
+    end = time.monotonic() + seconds
+    while True:
+        result = condition()
+        if result:
+            return result
+        if time.monotonic() > end:
+            raise AssertionError(f"not within {seconds} s: {what}")
+        time.sleep(0.01)
+
+
+def children(pid):
+    """Process ids of the children of a process, zombies too."""
+    return [int(text) for text in
+            pathlib.Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]
+
+
+def descriptors(pid):
+    """Open descriptors of a process: number to what it is."""
+    found = {}
+    for link in pathlib.Path(f"/proc/{pid}/fd").iterdir():
+        with contextlib.suppress(OSError):
+            found[int(link.name)] = os.readlink(link)
+    return found
+
+
+class UnixConnection(http.client.HTTPConnection):
+    """HTTP over a Unix socket."""
+
+    def __init__(self, path, timeout):
+        super().__init__("localhost", timeout=timeout)
+        self.path = path
+
+    def connect(self):
+        self.sock = socket.socket(socket.AF_UNIX)
+        self.sock.settimeout(self.timeout)
+        self.sock.connect(self.path)
+
+
+class Reply:
+    """Status, header fields and body of a reply."""
+
+    def __init__(self, response):
+        self.status = response.status
+        self.headers = response.headers
+        self.body = response.read()
+
+    @property
+    def type(self):
+        return self.headers["Content-Type"]
+
+    @property
+    def json(self):
+        return json.loads(self.body)
+
+
+class Daemon:
+    """A running daemon."""
+
+    def __init__(self, *options, stub=True, unix=False, environment=None):
+        self.directory = tempfile.mkdtemp(prefix="scatterd-test-")
+        self.socket = os.path.join(self.directory, "socket")
+        listen = f"unix:{self.socket}" if unix else "127.0.0.1:0"
+        self.log = []
+        self.process = subprocess.Popen(
+            [program(stub), "--listen", listen, "--data-dir", self.data, *options],
+            stdin=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
+            env={**os.environ, **(environment or {})})
+        self.pid = self.process.pid
+        self.reader = threading.Thread(target=self._read_log, daemon=True)
+        self.reader.start()
+        try:
+            line = self.wait_for_log(r"event=listening address=(\S+)")
+        except AssertionError:
+            self.stop()
+            raise
+        self.address = line.group(1)
+        self.port = None if unix else int(self.address.rsplit(":", 1)[1])
+
+    @property
+    def data(self):
+        return os.path.join(self.directory, "data")
+
+    def _read_log(self):
+        for line in self.process.stderr:
+            self.log.append(line.rstrip("\n"))
+
+    def wait_for_log(self, pattern):
+        """The match of the first log line that `pattern` is found in."""
+        def find():
+            for line in list(self.log):
+                match = re.search(pattern, line)
+                if match:
+                    return match
+            if self.process.poll() is not None:
+                self.reader.join(PATIENCE)
+                raise AssertionError("the daemon ended: " + "\n".join(self.log))
+            return None
+        return wait_until(find, f"a log line with {pattern}")
+
+    def wait_ready(self):
+        wait_until(lambda: self.request("GET", "/readyz").status == 200, "readiness")
+
+    def connect(self, timeout=PATIENCE):
+        if self.port is None:
+            return UnixConnection(self.socket, timeout)
+        return http.client.HTTPConnection("127.0.0.1", self.port, timeout=timeout)
+
+    def raw(self):
+        """A plain socket to the daemon."""
+        if self.port is None:
+            plain = socket.socket(socket.AF_UNIX)
+            plain.connect(self.socket)
+        else:
+            plain = socket.create_connection(("127.0.0.1", self.port))
+        plain.settimeout(PATIENCE)
+        return plain
+
+    def request(self, method, path, body=None, headers=None):
+        """One request on a connection of its own."""
+        connection = self.connect()
+        try:
+            connection.request(method, path, body, headers or {})
+            return Reply(connection.getresponse())
+        finally:
+            connection.close()
+
+    def stop(self, how=signal.SIGTERM):
+        """Stops it and returns its exit status."""
+        if self.process.poll() is None:
+            self.process.send_signal(how)
+        status = self.process.wait(PATIENCE)
+        self.reader.join(PATIENCE)
+        self.process.stderr.close()
+        shutil.rmtree(self.directory, ignore_errors=True)
+        return status
+
+
+class Case(unittest.TestCase):
+    """Tests on one daemon, started for the class."""
+
+    options = []
+    stub = True
+    unix = False
+
+    @classmethod
+    def setUpClass(cls):
+        cls.daemon = Daemon(*cls.options, stub=cls.stub, unix=cls.unix)
+        cls.daemon.wait_ready()
+
+    @classmethod
+    def tearDownClass(cls):
+        daemon = cls.daemon
+        workers = children(daemon.pid)
+        files = os.listdir(daemon.data)
+        status = daemon.stop()
+        log = "\n".join(daemon.log)
+        assert status == 0, f"exit status {status}\n{log}"
+        assert not os.path.exists(daemon.socket), "the socket file is left"
+        assert files == [], f"files left: {files}"
+        assert "Sanitizer" not in log and "runtime error" not in log, log
+        for pid in workers:
+            assert not os.path.exists(f"/proc/{pid}"), f"worker {pid} is left"
+
+    def get(self, path, **headers):
+        return self.request("GET", path, headers=headers)
+
+    def request(self, method, path, body=None, headers=None):
+        named = {name.replace("_", "-"): value for name, value in (headers or {}).items()}
+        return self.daemon.request(method, path, body, named)
+
+    def execute(self, body, path=EXECUTE, **headers):
+        headers.setdefault("Content_Type", "application/json")
+        return self.request("POST", path, body, headers)
+
+    def exchange(self, data):
+        """Sends bytes and returns all that comes back until the daemon closes."""
+        with self.daemon.raw() as plain:
+            plain.sendall(data)
+            return read_all(plain)
+
+    def assert_problem(self, reply, status, *words):
+        """The reply is a problem of this status whose detail has all these words."""
+        self.assertEqual(reply.status, status, reply.body)
+        self.assertEqual(reply.type, "application/problem+json")
+        problem = reply.json
+        self.assertEqual(problem["status"], status)
+        self.assertTrue(problem["type"] and problem["title"])
+        for word in words:
+            self.assertIn(word, problem["detail"])
+        return problem
+
+
+def read_all(plain):
+    data = b""
+    with contextlib.suppress(ConnectionResetError):
+        while True:
+            part = plain.recv(65536)
+            if not part:
+                break
+            data += part
+    return data

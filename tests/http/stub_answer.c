@@ -1,0 +1,128 @@
+/* A worker for tests of the front: does not solve, but echoes its body, or fails in the way that
+ * the body's first word says: "sleep 2", "abort", "exit 3", "memory", "hog", "big 1000000",
+ * "problem", "phase half 0.5 2" (reports, then sleeps), "nothing" (a reply of no bytes).
+ */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "answer.h"
+#include "problem.h"
+
+static void pause_for(double seconds) {
+  const struct timespec t = {(time_t)seconds, (long)(1e9 * (seconds - (double)(time_t)seconds))};
+  nanosleep(&t, NULL);
+}
+
+static void echo(const ask *a, const char *text, reply *r) {
+  (void)text;
+  r->bytes = malloc(a->size + 1);
+  if (r->bytes == NULL) return;
+  memcpy(r->bytes, a->body, a->size);
+  r->size = a->size;
+}
+
+static void do_sleep(const ask *a, const char *text, reply *r) {
+  pause_for(atof(text));
+  echo(a, text, r);
+}
+
+static void do_abort(const ask *a, const char *text, reply *r) {
+  (void)a, (void)text, (void)r;
+  abort();
+}
+
+static void do_exit(const ask *a, const char *text, reply *r) {
+  (void)a, (void)r;
+  _exit(atoi(text));
+}
+
+/* What the library does when an allocation fails: gives up, without bytes. */
+static void do_memory(const ask *a, const char *text, reply *r) {
+  (void)a, (void)text, (void)r;
+}
+
+/* Takes memory, really, until there is none. */
+static void do_hog(const ask *a, const char *text, reply *r) {
+  const size_t step = (size_t)16 << 20;
+  void **first = NULL;
+  (void)a, (void)text, (void)r;
+  for (void **block; (block = malloc(step)) != NULL; first = block) {
+    memset(block, 1, step);
+    *block = first;
+  }
+  while (first != NULL) {
+    void **next = *first;
+    free(first);
+    first = next;
+  }
+}
+
+static void do_big(const ask *a, const char *text, reply *r) {
+  (void)a;
+  r->size = (size_t)atoll(text);
+  r->bytes = malloc(r->size);
+  if (r->bytes != NULL) memset(r->bytes, 'x', r->size);
+}
+
+static void do_problem(const ask *a, const char *text, reply *r) {
+  problem p;
+  (void)a, (void)text;
+  problem_begin(&p, 422, "the matrix is singular");
+  problem_add(&p, "/inputs/boundary", "got no dirichlet entry, needs one");
+  r->status = p.status;
+  snprintf(r->type, sizeof r->type, "%s", media_type(MEDIA_PROBLEM));
+  r->bytes = problem_bytes(&p, &r->size);
+}
+
+static void do_phase(const ask *a, const char *text, reply *r) {
+  char phase[32];
+  double fraction, seconds;
+  if (sscanf(text, "%31s %lf %lf", phase, &fraction, &seconds) != 3) return;
+  pause_for(0.15); /* reports that come too soon are not sent */
+  a->report(a->context, phase, fraction);
+  pause_for(seconds);
+  echo(a, text, r);
+}
+
+static void do_nothing(const ask *a, const char *text, reply *r) {
+  (void)a, (void)text;
+  r->bytes = malloc(1);
+}
+
+static const struct {
+  const char *word;
+  void (*run)(const ask *a, const char *text, reply *r);
+} words[] = {{"sleep", do_sleep},     {"abort", do_abort}, {"exit", do_exit},
+             {"memory", do_memory},   {"hog", do_hog},     {"big", do_big},
+             {"problem", do_problem}, {"phase", do_phase}, {"nothing", do_nothing}};
+
+/* With SCATTERD_STUB_DIES in the environment a worker dies before it can serve. */
+__attribute__((constructor)) static void die(void) {
+  char name[16] = "";
+  if (getenv("SCATTERD_STUB_DIES") == NULL) return;
+  FILE *line = fopen("/proc/self/cmdline", "re");
+  if (line == NULL) return;
+  const size_t size = fread(name, 1, sizeof name, line);
+  fclose(line);
+  if (size == sizeof name && memcmp(name, "scatterd\0worker", sizeof name) == 0) _exit(3);
+}
+
+void answer(const ask *a, reply *r) {
+  char text[256];
+  const size_t length = a->size < sizeof text - 1 ? a->size : sizeof text - 1;
+  memcpy(text, a->body, length);
+  text[length] = '\0';
+  r->status = 200;
+  r->coding = a->content_coding;
+  snprintf(r->type, sizeof r->type, "%s", media_type(a->accept));
+  const size_t word = strcspn(text, " ");
+  for (size_t k = 0; k < sizeof words / sizeof *words; k++) {
+    if (strlen(words[k].word) != word || strncmp(words[k].word, text, word) != 0) continue;
+    words[k].run(a, text + word, r);
+    return;
+  }
+  echo(a, text, r);
+}

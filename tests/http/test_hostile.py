@@ -1,0 +1,133 @@
+"""What is no HTTP, too much of it, or HTTP in odd ways."""
+
+import os
+import random
+import socket
+import threading
+import unittest
+
+import daemon
+
+GET = b"GET /healthz HTTP/1.1\r\nHost: a\r\n"
+LAST = GET + b"Connection: close\r\n\r\n"
+HEAD = f"POST {daemon.EXECUTE} HTTP/1.1\r\nHost: a\r\nContent-Type: application/json\r\n".encode()
+
+
+class Hostile(daemon.Case):
+
+    def assert_alive(self):
+        self.assertEqual(self.execute("alive").body, b"alive")
+
+    def test_garbage(self):
+        for data in (b"\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03", b"\r\n\r\n\r\n\r\n",
+                     b"GET\r\n\r\n", b"GET / HTTP/9.9\r\n\r\n", b"HELO there\r\n\r\n",
+                     b"GET / HTTP/1.1\nHost: a\n\n", b"\0" * 1000, b"GET / HTTP/1.1\r\n: x\r\n\r\n",
+                     b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n"):
+            with self.subTest(data), self.daemon.raw() as plain:
+                plain.sendall(data)
+                plain.shutdown(socket.SHUT_WR)
+                reply = daemon.read_all(plain)
+                self.assertNotRegex(reply, rb"^HTTP/1\.1 5(?!05)")
+        self.assert_alive()
+
+    def test_random_bytes_and_mutations(self):
+        seed = int(os.environ.get("SEED") or random.randrange(1 << 32))
+        print(f"seed {seed}", flush=True)
+        source = random.Random(seed)
+        good = HEAD + b"Content-Length: 5\r\n\r\nabcde"
+        for _ in range(300):
+            data = bytearray(good)
+            for _ in range(source.randrange(1, 6)):
+                data[source.randrange(len(data))] = source.randrange(256)
+            with self.subTest(bytes(data)), self.daemon.raw() as plain:
+                plain.sendall(data)
+                plain.shutdown(socket.SHUT_WR)
+                daemon.read_all(plain)
+        self.assert_alive()
+
+    def test_long_header(self):
+        for data in (GET + b"A: " + b"x" * 20000 + b"\r\n\r\n",
+                     GET + b"".join(b"A%d: %050d\r\n" % (k, k) for k in range(300)) + b"\r\n"):
+            reply = self.exchange(data.replace(b"Host: a", b"Host: a\r\nConnection: close"))
+            self.assertTrue(reply.startswith(b"HTTP/1.1 431 "), reply[:100])
+            self.assertIn(b"application/problem+json", reply)
+        self.assert_alive()
+
+    def test_header_bomb(self):
+        reply = self.exchange(GET + b"A: " + b"x" * 10000000)
+        self.assertRegex(reply, rb"^HTTP/1\.1 431 ")
+        reply = self.exchange(GET + b"A: b\r\n" * 1000000)
+        self.assertRegex(reply, rb"^HTTP/1\.1 431 ")
+        self.assert_alive()
+
+    def test_long_target(self):
+        reply = self.exchange(b"GET /" + b"x" * 10000 + b" HTTP/1.1\r\nHost: a\r\n"
+                              b"Connection: close\r\n\r\n")
+        self.assertTrue(reply.startswith(b"HTTP/1.1 414 "), reply[:100])
+        self.assertIn(b"application/problem+json", reply)
+        reply = self.exchange(b"GET /" + b"x" * 1000000 + b" HTTP/1.1\r\nHost: a\r\n\r\n")
+        self.assertRegex(reply, rb"^HTTP/1\.1 414 ")
+        self.assert_alive()
+
+    def test_pipelining(self):
+        post = HEAD + b"Content-Length: 3\r\n\r\nabc"
+        reply = self.exchange(post + GET + b"\r\n" + post + post + LAST)
+        self.assertEqual(reply.count(b"HTTP/1.1 200 OK"), 5)
+        self.assertEqual(reply.count(b"\r\n\r\nabc"), 3)
+        self.assertEqual(reply.count(b'{"status":"ok"}'), 2)
+
+    def test_pipelining_deep(self):
+        reply = self.exchange((GET + b"\r\n") * 2000 + LAST)
+        self.assertEqual(reply.count(b"HTTP/1.1 200 OK"), 2001)
+
+    def test_field_injection(self):
+        reply = self.exchange(b"GET /healthz HTTP/1.1\r\nHost: a\r\nX-Request-Id: a\rX: y\r\n"
+                              b"Connection: close\r\n\r\n")
+        self.assertNotIn(b"X: y", reply)
+
+
+class Many(daemon.Case):
+    options = ["--connections", "300", "--queue", "300"]
+
+    def test_parallel_connections(self):
+        connections = [self.daemon.raw() for _ in range(200)]
+        for k, plain in enumerate(connections):
+            body = b"sleep 0.01" if k % 10 == 0 else b"%d" % k
+            plain.sendall(HEAD + b"Content-Length: %d\r\nConnection: close\r\n\r\n%s" %
+                          (len(body), body))
+        for k, plain in enumerate(connections):
+            reply = daemon.read_all(plain)
+            self.assertTrue(reply.startswith(b"HTTP/1.1 200 "), reply)
+            self.assertTrue(reply.endswith(b"sleep 0.01" if k % 10 == 0 else b"%d" % k))
+            plain.close()
+
+    def test_threads_with_keep_alive(self):
+        wrong = []
+
+        def client(name):
+            connection = self.daemon.connect()
+            for k in range(50):
+                body = f"{name} {k}"
+                connection.request("POST", daemon.EXECUTE, body,
+                                   {"Content-Type": "application/json"})
+                reply = daemon.Reply(connection.getresponse())
+                if (reply.status, reply.body) != (200, body.encode()):
+                    wrong.append((body, reply.status, reply.body))
+            connection.close()
+
+        threads = [threading.Thread(target=client, args=(k,)) for k in range(20)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        self.assertEqual(wrong, [])
+
+    def test_more_connections_than_allowed(self):
+        idle = [self.daemon.raw() for _ in range(400)]
+        for plain in idle:
+            plain.close()
+        self.assertEqual(self.execute("alive").body, b"alive")
+
+
+if __name__ == "__main__":
+    unittest.main()

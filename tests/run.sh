@@ -1,0 +1,33 @@
+#!/usr/bin/env bash
+# All tests, from nothing: installs what they need, checks the formatting, builds with warnings as
+# errors and runs everything, then once more under AddressSanitizer and UBSan.
+#   tests/run.sh            everything
+#   tests/run.sh REGEX      only the tests whose names match, without sanitizers
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+bash .ci/install tests
+
+echo "== formatting"
+git ls-files '*.c' '*.h' '*.cpp' | xargs -r clang-format --dry-run --Werror
+
+build() { # folder, further options
+  local folder=$1
+  shift
+  echo "== build in $folder ($*)"
+  cmake -S . -B "$folder" -G Ninja -DSCATTERD_WERROR=ON "$@" >"$folder.log" 2>&1 &&
+    cmake --build "$folder" >>"$folder.log" 2>&1 || { tail -50 "$folder.log"; exit 1; }
+  rm -f "$folder.log"
+}
+
+jobs=$(nproc)
+build build-check
+if [ $# -gt 0 ]; then
+  ctest --test-dir build-check --output-on-failure -j "$jobs" -R "$1"
+  exit
+fi
+build build-sanitized -DSCATTERD_SANITIZE=ON -DCMAKE_BUILD_TYPE=RelWithDebInfo
+echo "== tests, under AddressSanitizer and UndefinedBehaviorSanitizer"
+ctest --test-dir build-sanitized --output-on-failure -j "$jobs"
+echo "== tests, release build"
+ctest --test-dir build-check --output-on-failure -j "$jobs"
