@@ -5,9 +5,9 @@
 #include "alloc.h"
 #include "solve_kind.h"
 
-/* Rows of a three-dimensional cloud from which nested dissection pays (tests/bench/bench_solve.md): at
- * 24 000 rows twice as fast as AMD in half the memory, at 1 000 half as fast. In two dimensions it
- * saves a quarter of the memory, never time, up to 250 000 rows at least. */
+/* Rows of a three-dimensional cloud from which nested dissection pays (tests/bench/bench_solve.md):
+ * at 24 000 rows twice as fast as AMD in half the memory, at 1 000 half as fast. In two dimensions
+ * it saves a quarter of the memory, never time, up to 250 000 rows at least. */
 enum { metis_rows = 3000 };
 
 typedef struct {
