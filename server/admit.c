@@ -66,7 +66,7 @@ bool admit(exchange *x, const head *h, const parameters *set, const char *host) 
   x->plain_problem = media_names(h->accept, media_type(MEDIA_JSON)) &&
                      !media_names(h->accept, media_type(MEDIA_PROBLEM));
   snprintf(x->method, sizeof x->method, "%s", h->method);
-  exchange_identify(x, h->id);
+  if (h->id != NULL) exchange_identify(x, h->id);
   set_base(x, h, set, host);
   x->has_body = h->coding != NULL || h->length != NULL;
   x->declared = h->coding != NULL ? -1 : h->length != NULL ? strtoll(h->length, NULL, 10) : 0;

@@ -180,8 +180,8 @@ static void perform(const ask *a, const process *p, const doc *root, task *t, re
     return;
   }
   execute_read(t, p, &body, a->accept, &x);
-  bool has_inputs = x.inputs.doc && x.inputs.doc->kind == DOC_OBJECT;
-  if (has_inputs) p->read(t, &x.inputs, state);
+  bool is_readable = !x.inputs.doc || x.inputs.doc->kind == DOC_OBJECT;
+  if (root->kind == DOC_OBJECT && is_readable) p->read(t, &x.inputs, state);
   stopwatch_lap(&t->watch, LAP_DECODE);
   sct_status status = task_is_well(t) ? p->run(t, x.wanted, state) : t->error.code;
   bool done = task_is_well(t) && !status && reply_result(a, t, p, &x, state, r);
@@ -190,6 +190,7 @@ static void perform(const ask *a, const process *p, const doc *root, task *t, re
   } else if (!done) {
     reply_failure(r, t);
   }
+  if (t->cloud) r->points = t->cloud->cloud.n;
   if (p->clear) p->clear(state);
 }
 

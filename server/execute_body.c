@@ -89,7 +89,7 @@ static void read_outputs(task *t, const process *p, const item *it, media accept
 
 /* What stands beside the value of qualified inputs. */
 static void read_qualifiers(task *t, const item *inputs) {
-  if (inputs->doc->kind != DOC_OBJECT) return;
+  if (!inputs->doc || inputs->doc->kind != DOC_OBJECT) return;
   for (const doc *m = inputs->doc->child; m; m = m->next) {
     item input = {.doc = m, .up = inputs, .key = m->key};
     read_qualified(t, &input);
@@ -113,7 +113,7 @@ void execute_read(task *t, const process *p, const item *body, media accept, exe
   int chosen = 0;
   *x = (execute){.inputs = item_member(body, "inputs")};
   if (!read_object(t, body, NULL)) return;
-  if (!read_required(t, &x->inputs)) return;
+  read_required(t, &x->inputs);
   read_qualifiers(t, &x->inputs);
   if (read_object(t, &x->inputs, p->inputs)) read_outputs(t, p, &outputs, accept, x);
   read_choice(t, &response, responses, &chosen);

@@ -87,8 +87,8 @@ static void on_signal(void *self, uint32_t events) {
     stop_now(f);
     return;
   }
-  log_say(LOG_INFO, "stopping", "signal %u: no new requests, %d to end", signal.ssi_signo,
-          http_pending(f->http));
+  log_say(LOG_INFO, "stopping", "signal %u of process %u: no new requests, %d to end",
+          signal.ssi_signo, signal.ssi_pid, http_pending(f->http));
   f->stop = loop_now() + f->set->grace_seconds;
   http_quiesce(f->http);
 }

@@ -18,6 +18,7 @@
 #include "log.h"
 
 static const double sweep_seconds = 0.25; /* how often slow connections are looked for */
+static const double hangup_seconds = 1;   /* for what a client that closed had still sent */
 
 typedef enum { IDLE, HEADER, BODY, PENDING, REPLYING } state;
 
@@ -29,11 +30,11 @@ struct connection {
   int fd;
   state state;
   double since;  /* when it became idle */
-  double heard;  /* when the body's last bytes came */
-  bool used;      /* it has carried a request */
-  bool clean;     /* nothing unread can be left of its last request */
-  bool refused;   /* its request is, before all of the body was read */
-  bool vanished; /* the client went while its reply was pending */
+  double heard;  /* when something of a request last came */
+  bool used;     /* it has carried a request */
+  bool clean;    /* nothing unread can be left of its last request */
+  bool refused;  /* its request is, before all of the body was read */
+  bool vanished; /* the client closed its side */
   exchange *x;   /* not IDLE */
   loop_source hangup;
 };
@@ -49,7 +50,7 @@ struct http {
   drain *drain;
   connection *connections;
   double sweep; /* time of the next one */
-  bool wake;    /* something was resumed */
+  bool wake;    /* libmicrohttpd has something to do that its descriptor does not tell */
   bool quiet;
   int pending;
 };
@@ -179,22 +180,23 @@ static void last_word(connection *c) {
 /* ---- Waiting for the reply ---- */
 
 static void resume(connection *c) {
-  loop_forget(c->http->loop, c->fd, &c->hangup);
   c->http->wake = true;
   MHD_resume_connection(c->mhd);
 }
 
+/* The client closed its side: nobody will read the reply, so the connection is resumed for
+ * on_request to close it. Nothing is done outside of PENDING: bytes may still be unread. */
 static void on_hangup(void *self, uint32_t events) {
   connection *c = self;
   (void)events;
+  const bool waits = c->state == PENDING && c->x->reply.status == 0;
+  if (waits && !c->vanished) resume(c);
   c->vanished = true;
-  resume(c); /* on_request then closes it */
 }
 
 static void suspend(connection *c) {
   c->state = PENDING;
   MHD_suspend_connection(c->mhd);
-  loop_watch(c->http->loop, c->fd, EPOLLRDHUP, &c->hangup);
 }
 
 void http_deliver(exchange *x) {
@@ -210,7 +212,8 @@ static void *on_target(void *self, const char *target, struct MHD_Connection *mh
   if (c == NULL || c->x == NULL) return NULL;
   c->clean = false;
   c->x->connection = c;
-  c->x->began = loop_now();
+  c->x->began = c->heard = loop_now();
+  exchange_identify(c->x, NULL);
   c->state = HEADER;
   h->pending++;
   return c->x;
@@ -247,11 +250,11 @@ static enum MHD_Result on_body(connection *c, const char *bytes, size_t *size) {
 }
 
 static enum MHD_Result on_request(connection *c) {
-  if (c->vanished) return MHD_NO;
-  if (c->state == BODY && c->x->reply.status == 0) {
-    c->http->handler.serve(c->http->handler.self, c->x);
-  }
-  if (c->x->reply.status != 0) return send_reply(c);
+  exchange *x = c->x;
+  const bool vain = c->vanished && (c->state == PENDING || x->has_body);
+  if (x->reply.status == 0 && vain) return MHD_NO; /* no work for a client that has gone */
+  if (x->reply.status == 0) c->http->handler.serve(c->http->handler.self, x);
+  if (x->reply.status != 0) return send_reply(c);
   suspend(c);
   return MHD_YES;
 }
@@ -299,6 +302,7 @@ static void log_request(const connection *c, bool complete) {
     log_count(&line, "worker", x->worker);
     log_milliseconds(&line, "run_ms", x->run_seconds);
   }
+  if (x->points > 0) log_count(&line, "points", x->points);
   if (!complete) log_text(&line, "end", "aborted");
   log_end(&line);
 }
@@ -328,15 +332,18 @@ static void open_connection(http *h, struct MHD_Connection *mhd, void **context)
   c->http = h;
   c->mhd = mhd;
   c->fd = MHD_get_connection_info(mhd, MHD_CONNECTION_INFO_CONNECTION_FD)->connect_fd;
-  c->since = loop_now();
+  c->since = c->heard = loop_now();
   c->hangup = (loop_source){on_hangup, c};
   c->next = h->connections;
   if (c->next != NULL) c->next->previous = c;
   h->connections = c;
+  loop_watch(h->loop, c->fd, EPOLLRDHUP | EPOLLET, &c->hangup);
 }
 
 static void close_connection(connection *c) {
   http *h = c->http;
+  h->wake = true; /* a daemon that was full listens again only when it is run once more */
+  loop_forget(h->loop, c->fd, &c->hangup);
   if (!c->clean && h->drain != NULL) drain_add(h->drain, c->fd);
   if (c->next != NULL) c->next->previous = c->previous;
   *(c->previous != NULL ? &c->previous->next : &h->connections) = c->next;
@@ -357,7 +364,8 @@ static void on_message(void *self, const char *format, va_list arguments) {
   (void)self;
   vsnprintf(text, sizeof text, format, arguments);
   text[strcspn(text, "\n")] = '\0';
-  log_say(LOG_DEBUG, "http", "%s", text);
+  const bool refuses = strstr(text, "HTTP response code") != NULL; /* what never was a request */
+  log_say(refuses ? LOG_INFO : LOG_DEBUG, "http", "%s", text);
 }
 
 /* ---- Slow clients ---- */
@@ -367,6 +375,7 @@ static void on_message(void *self, const char *format, va_list arguments) {
  * libmicrohttpd's to watch (idle-seconds). */
 static double deadline(const connection *c) {
   const parameters *set = c->http->set;
+  if (c->vanished && c->state < PENDING) return c->heard + hangup_seconds;
   switch (c->state) {
     case IDLE:
       return c->since + (c->used ? set->idle_seconds : set->receive_seconds);

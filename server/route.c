@@ -124,7 +124,8 @@ static bool fits(const char *pattern, const char *path, char item[EXCHANGE_ITEM]
   const size_t before = (size_t)(hole - pattern);
   if (strncmp(pattern, path, before) != 0) return false;
   const size_t length = strcspn(path + before, "/");
-  if (length == 0 || length >= EXCHANGE_ITEM || strcmp(path + before + length, hole + 2) != 0) return false;
+  if (length == 0 || length >= EXCHANGE_ITEM || strcmp(path + before + length, hole + 2) != 0)
+    return false;
   snprintf(item, EXCHANGE_ITEM, "%.*s", (int)length, path + before);
   return true;
 }

@@ -64,14 +64,13 @@ bool solver_input_read(task *t, const item *it, sct_solve_options *solve) {
   const char *names[NAMES_MAX + 1] = {"auto", "direct"};
   item method = item_member(it, "method"), tolerance = item_member(it, "tolerance");
   item iterations = item_member(it, "max_iterations");
-  double unused = 0;
   int64_t count = 0;
   int chosen = 0;
   for (int k = 0; k + 2 < NAMES_MAX && sct_solver_name(k); k++) names[k + 2] = sct_solver_name(k);
   bool good = read_object(t, it, members);
   if (it->doc && it->doc->kind != DOC_OBJECT) return false;
   good &= read_choice(t, &method, names, &chosen);
-  good &= read_number(t, &tolerance, &tolerances, &unused);
+  good &= read_number(t, &tolerance, &tolerances, &solve->tolerance);
   good &= read_integer(t, &iterations, 1, INT32_MAX, &count);
   solve->method = names[chosen];
   return good;

@@ -15,8 +15,7 @@ static const sct_search_kind_of *const kinds[SCT_SEARCH_COUNT] = {
     [SCT_SEARCH_TREE] = &sct_search_tree,
 };
 
-/* -- build --------------------------------------------------------------------------------------
- */
+/* -- build ------------------------------------------------------------------------------------- */
 
 static void bound(sct_search *search, const sct_cloud *cloud) {
   for (int k = 0; k < cloud->dim; k++) {
@@ -117,8 +116,7 @@ const char *sct_search_method_name(sct_search_method method) {
   return (unsigned)method < SCT_SEARCH_COUNT ? kinds[method]->name : NULL;
 }
 
-/* -- around -------------------------------------------------------------------------------------
- */
+/* -- around ------------------------------------------------------------------------------------ */
 
 /* Hits on their way to memory of a fixed size. */
 typedef struct {

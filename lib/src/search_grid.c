@@ -31,7 +31,7 @@ static double side_of(const double *extent, double wanted) {
   if (!(l[0] > 0)) return 1; /* all points at one place */
   double side = l[0] / wanted;
   for (int m = 1; m < SCT_DIM_MAX && l[m] > side; m++) side *= pow(l[m] / side, 1.0 / (m + 1));
-  return side;
+  return isfinite(1 / side) ? side : 1; /* else too small to divide by: one cell */
 }
 
 static sct_status lay_out(sct_search *search, double wanted, sct_error *err) {

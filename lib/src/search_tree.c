@@ -36,8 +36,7 @@ static range node_places(int64_t n, int level, int64_t m) {
   return r;
 }
 
-/* -- build --------------------------------------------------------------------------------------
- */
+/* -- build ------------------------------------------------------------------------------------- */
 
 static sct_status sort_axis(const sct_cloud *cloud, int k, uint64_t *key, int32_t *order,
                             sct_error *err) {
@@ -125,8 +124,7 @@ static void clear(sct_search *search) {
   sct_release(&search->tree.box);
 }
 
-/* -- questions ----------------------------------------------------------------------------------
- */
+/* -- questions --------------------------------------------------------------------------------- */
 
 /* Square of the distance between a box and that of a node. Rounding is monotonic and the
  * operations are those of the distance test, so no two points of them test closer than this. */

@@ -13,9 +13,14 @@
  * is nearer than 2 h is a matter of rounding. */
 static const double TIE = 1e-10;
 
-/* Supports (in spacings) a deficient point is widened to. */
-static const double WIDER[] = {2.0, 2.5, 3.1, 3.6, 4.1, 5.1};
+/* Supports (in spacings) a deficient point is widened to. The far end is for clouds without any
+ * order, whose gaps are many times their median distance. */
+static const double WIDER[] = {2.0, 2.5, 3.1, 3.6, 4.1, 5.1, 6.5, 8.2, 11, 16, 23, 32};
 enum { WIDER_COUNT = sizeof WIDER / sizeof WIDER[0] };
+
+/* If no support gives weights as stable as the scheme asks, the least unstable of them are taken up
+ * to this excess. */
+static const double LOOSE = 15;
 
 /* ---- names ---- */
 
@@ -48,7 +53,7 @@ NAMED(sct_weight, weights, SCT_WEIGHT_COUNT)
 /* ---- operators ---- */
 
 sct_operator sct_operator_default(sct_scheme scheme, int degree) {
-  static const double lsmps_radius[] = {[2] = 2.5, [3] = 3.1, [4] = 4.1};
+  static const double lsmps_radius[] = {[2] = 2.1, [3] = 2.5, [4] = 3.1};
   sct_operator op = {.scheme = scheme,
                      .degree = degree >= 2 && degree <= 4 ? degree : 2,
                      .weight = SCT_WEIGHT_KERNEL_R2,
@@ -205,17 +210,18 @@ int64_t sct_stencil_gather(const sct_stencil *stencil, int64_t i, sct_room *room
   return n;
 }
 
-/* The neighbours of i within `support`, asked for anew, into room->index. */
+/* The neighbours of i within `support`, asked for anew, into room->index; n is -1 if there are more
+ * than the limit. */
 static sct_status wider_list(const sct_stencil *s, int64_t i, double support, sct_room *room,
                              int64_t *n, sct_error *err) {
-  const double *xi = s->cloud.x + i * s->cloud.dim;
-  int64_t found =
-      sct_search_around(s->search, xi, support * (1 - TIE), room->capacity, room->index);
-  if (found > s->limit + 1) found = s->limit + 1; /* the nearest supports come first */
+  const double *xi = s->cloud.x + i * s->cloud.dim, within = support * (1 - TIE);
+  const int64_t found = sct_search_around(s->search, xi, within, room->capacity, room->index);
+  *n = -1;
+  if (found > s->limit + 1) return SCT_OK;
   if (found > room->capacity) {
     const sct_status status = sct_room_reserve(room, found, err);
     if (status != SCT_OK) return status;
-    sct_search_around(s->search, xi, support * (1 - TIE), found, room->index);
+    sct_search_around(s->search, xi, within, found, room->index);
   }
   *n = 0;
   for (int64_t k = 0; k < found; k++) {
@@ -224,19 +230,23 @@ static sct_status wider_list(const sct_stencil *s, int64_t i, double support, sc
   return SCT_OK;
 }
 
-/* Lays out the neighbours of i within `support` and fills the sums of the job. */
+/* Lays out the neighbours of i within `support` and fills the sums of the job; *crowded if there
+ * are more than the limit, and nothing is laid out. */
 static sct_status lay_out(const sct_stencil *s, int64_t i, double support, row_job *job,
-                          const int32_t **index, sct_error *err) {
+                          const int32_t **index, bool *crowded, sct_error *err) {
   sct_room *room = job->room;
   const bool own = support == s->op.radius * s->spacing;
   if (own) {
     job->n = sct_stencil_gather(s, i, room, true, index);
   } else {
-    const sct_status status = wider_list(s, i, support, room, &job->n, err);
-    if (status != SCT_OK) return status;
+    int64_t n;
+    const sct_status status = wider_list(s, i, support, room, &n, err);
+    *crowded = n < 0;
+    if (status != SCT_OK || *crowded) return status;
+    job->n = n;
     *index = room->index;
-    offsets(&s->cloud, i, job->n, room->index, room);
-    weigh(s->op.kernel, support, job->n, room);
+    offsets(&s->cloud, i, n, room->index, room);
+    weigh(s->op.kernel, support, n, room);
   }
   const bool reference = s->op.density == SCT_DENSITY_REFERENCE && own;
   job->support = support;
@@ -247,19 +257,31 @@ static sct_status lay_out(const sct_stencil *s, int64_t i, double support, row_j
 
 /* ---- rows ---- */
 
-/* What is tried for a scheme, in order: a maker on the supports it may have. */
+/* What is tried for a scheme, in order. */
 typedef struct {
   row_maker *make;
-  bool widens;
+  int degree;       /* of a fit; 0: the operator's */
+  bool plain;       /* weight w whatever the operator says: w / r^2 suffers from near pairs */
+  bool widens;      /* on wider supports too */
+  bool settles;     /* the least unstable row so far is good enough now */
+  bool is_fallback; /* not the scheme asked for */
 } attempt;
 
-enum { ATTEMPTS = 3 };
+enum { ATTEMPTS = 4 };
 static const attempt attempts[][ATTEMPTS] = {
-    [SCT_MPS] = {{row_mps, true}},
-    [SCT_PS] = {{row_ps, true}},
-    [SCT_IPS] = {{row_ips, true}},
-    [SCT_IPSN] = {{row_ipsn, false}, {row_lsmps, true}, {row_ips, true}},
-    [SCT_LSMPS] = {{row_lsmps, true}, {row_ips, true}},
+    [SCT_MPS] = {{row_mps, .widens = true}},
+    [SCT_PS] = {{row_ps, .widens = true}},
+    [SCT_IPS] = {{row_ips, .widens = true}},
+    [SCT_IPSN] = {{row_ipsn},
+                  {row_lsmps, 2, .widens = true, .is_fallback = true},
+                  {row_lsmps, 2, .plain = true, .widens = true, .settles = true,
+                   .is_fallback = true},
+                  {row_ips, .widens = true, .is_fallback = true}},
+    [SCT_LSMPS] = {{row_lsmps, .widens = true},
+                   {row_lsmps, .plain = true, .widens = true, .settles = true},
+                   {row_lsmps, 2, .plain = true, .widens = true, .settles = true,
+                    .is_fallback = true},
+                   {row_ips, .widens = true, .is_fallback = true}},
 };
 
 static const char *const complaints[ROW_VERDICTS] = {
@@ -268,6 +290,8 @@ static const char *const complaints[ROW_VERDICTS] = {
     [ROW_ILL] = "make the fit ill-conditioned",
     [ROW_UNSTABLE] = "give weights that are no good to solve with",
     [ROW_NO_DIFFUSION] = "lie on one side only",
+    [ROW_CROWDED] =
+        "are no good, with more than the limit of neighbours in the next wider support,",
 };
 
 static sct_status deficient(const sct_stencil *s, int64_t i, const row_job *job,
@@ -293,32 +317,75 @@ static double support_of(const sct_stencil *s, int k) {
   return next + k - 1 < WIDER_COUNT ? WIDER[next + k - 1] * s->spacing : 0;
 }
 
-sct_status sct_stencil_row(const sct_stencil *s, int64_t i, int want, const double *velocity,
-                           double diffusivity, sct_room *room, sct_row *row, sct_error *err) {
+/* The row so far that is least unstable, to be made again if nothing better comes. */
+typedef struct {
+  const attempt *by;
+  double support, excess;
+} candidate;
+
+/* Makes the row of i by one attempt on one support. */
+static sct_status make_row(const sct_stencil *s, int64_t i, const attempt *by, double support,
+                           row_job *job, sct_row *row, row_verdict *verdict, sct_error *err) {
+  bool crowded = false;
+  const sct_status status = lay_out(s, i, support, job, &row->index, &crowded, err);
+  if (status != SCT_OK) return status;
+  if (crowded) {
+    *verdict = ROW_CROWDED;
+    return SCT_OK;
+  }
+  job->degree = by->degree > 0 ? by->degree : s->op.degree;
+  job->weight = by->plain ? SCT_WEIGHT_KERNEL : s->op.weight;
+  job->excess = 0;
+  *verdict = by->make(job);
+  row->n = job->n;
+  row->gradient = job->room->gradient;
+  row->laplacian = row->normal = job->room->laplacian;
+  row->support = support;
+  row->flags = (support > s->op.radius * s->spacing ? SCT_ROW_WIDENED : 0) |
+               (by->is_fallback ? SCT_ROW_FALLBACK : 0) | (job->excess > 0 ? SCT_ROW_LOOSE : 0);
+  return SCT_OK;
+}
+
+/* One attempt on the operator's support and, if it may, on the wider ones. */
+static sct_status try_supports(const sct_stencil *s, int64_t i, const attempt *by, row_job *job,
+                               candidate *best, sct_row *row, row_verdict *verdict,
+                               sct_error *err) {
+  double support = support_of(s, 0);
+  for (int k = 1; support > 0; support = by->widens ? support_of(s, k++) : 0) {
+    const sct_status status = make_row(s, i, by, support, job, row, verdict, err);
+    if (status != SCT_OK || *verdict == ROW_ACCEPTED || *verdict == ROW_CROWDED) return status;
+    if (*verdict == ROW_UNSTABLE && job->excess < best->excess) {
+      *best = (candidate){by, support, job->excess};
+    }
+  }
+  return SCT_OK;
+}
+
+/* The least unstable row, made again. */
+static sct_status settle(const sct_stencil *s, int64_t i, const candidate *best, row_job *job,
+                         sct_row *row, row_verdict *verdict, sct_error *err) {
+  job->tolerated = best->excess;
+  return make_row(s, i, best->by, best->support, job, row, verdict, err);
+}
+
+sct_status sct_stencil_row(const sct_stencil *s, int64_t i, const sct_row_request *request,
+                           sct_room *room, sct_row *row, sct_error *err) {
   row_job job = {.op = &s->op,
                  .dim = s->cloud.dim,
-                 .degree = s->op.scheme == SCT_LSMPS ? s->op.degree : 2,
                  .spacing = s->spacing,
-                 .velocity = s->op.upwind == SCT_UPWIND_NONE ? NULL : velocity,
-                 .diffusivity = diffusivity,
-                 .want = want,
+                 .request = request,
+                 .want = request->want,
+                 .velocity = s->op.upwind == SCT_UPWIND_NONE ? NULL : request->velocity,
                  .room = room};
+  candidate best = {.excess = LOOSE};
   row_verdict verdict = ROW_TOO_FEW;
   for (int a = 0; a < ATTEMPTS && attempts[s->op.scheme][a].make != NULL; a++) {
-    const attempt *try = &attempts[s->op.scheme][a];
-    double support = support_of(s, 0);
-    for (int k = 1; support > 0; support = try->widens ? support_of(s, k++) : 0) {
-      sct_status status = lay_out(s, i, support, &job, &row->index, err);
-      if (status != SCT_OK) return status;
-      verdict = try->make(&job);
-      if (verdict != ROW_ACCEPTED) continue;
-      row->n = job.n;
-      row->gradient = room->gradient;
-      row->laplacian = room->laplacian;
-      row->support = support;
-      row->flags = (k > 1 ? SCT_ROW_WIDENED : 0) | (a > 0 ? SCT_ROW_FALLBACK : 0);
-      return SCT_OK;
+    const attempt *by = &attempts[s->op.scheme][a];
+    sct_status status = try_supports(s, i, by, &job, &best, row, &verdict, err);
+    if (status == SCT_OK && verdict != ROW_ACCEPTED && by->settles && best.by != NULL) {
+      status = settle(s, i, &best, &job, row, &verdict, err);
     }
+    if (status != SCT_OK || verdict == ROW_ACCEPTED) return status;
   }
   return deficient(s, i, &job, verdict, err);
 }
@@ -352,10 +419,11 @@ static sct_status apply_point(void *context, int64_t i, sct_room *room, sct_erro
   const int dim = to->stencil->cloud.dim;
   const int want = (to->gradient != NULL ? SCT_ROW_GRADIENT : 0) |
                    (to->laplacian != NULL ? SCT_ROW_LAPLACIAN : 0);
+  const sct_row_request request = {.want = want};
   sct_row row;
   if (to->smoothed != NULL) smooth_point(to, i, room);
   if (want == 0) return SCT_OK;
-  const sct_status status = sct_stencil_row(to->stencil, i, want, NULL, 0, room, &row, err);
+  const sct_status status = sct_stencil_row(to->stencil, i, &request, room, &row, err);
   if (status != SCT_OK) return status;
   for (int a = 0; to->gradient != NULL && a < dim; a++) {
     to->gradient[i * dim + a] = weighted_difference(&row, row.gradient + a * row.n, to->field, i);

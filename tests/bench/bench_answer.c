@@ -105,7 +105,7 @@ static void solve_bare(const sample *s) {
   const sct_operator op = sct_operator_default(SCT_LSMPS, 2);
   const sct_fields fields = {s->velocity, s->diffusivity, s->source, NULL};
   const sct_boundary boundary = {s->condition, s->value, NULL, NULL};
-  const sct_solve_options options = {2, "auto"};
+  const sct_solve_options options = {.dim = 2, .method = "auto"};
   sct_error err = {0};
   sct_search *search = NULL;
   sct_stencil *stencil = NULL;

@@ -94,7 +94,7 @@ class Daemon:
     """A running daemon."""
 
     def __init__(self, *options, stub=True, unix=False, environment=None):
-        self.directory = tempfile.mkdtemp(prefix="scatterd-test-")
+        self.directory = tempfile.mkdtemp(prefix="daemon-test-")
         self.socket = os.path.join(self.directory, "socket")
         listen = f"unix:{self.socket}" if unix else "127.0.0.1:0"
         self.log = []

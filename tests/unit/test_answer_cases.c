@@ -7,36 +7,13 @@
 
 #include <cmocka.h>
 
+#include "answer_cases.h"
 #include "asking.h"
 
-enum { LINE = 4096, BODY = 1 << 16, CASES_LEAST = 60 };
+enum { CASES_LEAST = 60 };
 
-typedef struct {
-  char title[LINE], process[64], pointers[LINE], body[BODY];
-  int status;
-} a_case;
-
-/* Reads the next case; false at the end of the file. */
-static bool next_case(FILE *file, a_case *c) {
-  char line[LINE];
-  c->title[0] = c->body[0] = '\0';
-  while (fgets(line, sizeof line, file)) {
-    if (line[0] == '#') snprintf(c->title, sizeof c->title, "%s", line + 2);
-    if (line[0] != '#' && line[0] != '\n') break;
-  }
-  if (feof(file)) return false;
-  int used = 0;
-  assert_int_equal(2, sscanf(line, "%63s %d %n", c->process, &c->status, &used));
-  snprintf(c->pointers, sizeof c->pointers, "%s", line + used);
-  c->pointers[strcspn(c->pointers, "\n")] = '\0';
-  while (fgets(line, sizeof line, file) && line[0] != '\n') {
-    strncat(c->body, line, BODY - strlen(c->body) - 1);
-  }
-  return true;
-}
-
-static bool answers_well(const a_case *c) {
-  char found[LINE];
+static bool answers_well(const answer_case *c) {
+  char found[ANSWER_CASE_LINE];
   asked a = ask_json(c->process, c->body);
   bool is_good = a.raw.status == c->status;
   if (c->status != 200) is_good &= !strcmp(culprits_of(&a, found, sizeof found), c->pointers);
@@ -51,12 +28,12 @@ static bool answers_well(const a_case *c) {
 }
 
 static void test_cases(void **state) {
-  static a_case c;
+  static answer_case c;
   int count = 0, failed = 0;
   FILE *file = fopen(ANSWER_CASES, "r");
   (void)state;
   assert_non_null(file);
-  while (next_case(file, &c)) {
+  while (answer_case_next(file, &c)) {
     count++;
     failed += !answers_well(&c);
   }

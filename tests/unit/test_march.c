@@ -9,6 +9,7 @@
 
 #include "../heat.h"
 #include "../near.h"
+#include "march_scheme.h"
 #include "scatter/march.h"
 
 enum { POINTS = 11 };
@@ -72,6 +73,22 @@ static void names(void **state) {
 #undef CHECK
   assert_int_equal(sct_march_find("euler"), SCT_MARCH_COUNT);
   assert_null(sct_march_name(SCT_MARCH_COUNT));
+}
+
+/* What holds for every scheme and ratio: a constant stays, t is followed. With t' = w, t = 0,
+ * t'' = -1 (1) of march_scheme.h reads w = implicit w + explicit w - before. */
+static void weights_are_consistent(void **state) {
+  (void)state;
+  const double ratios[] = {0, 0.1, 0.7, 1, 1.9, 2, 2.5, 1e9};
+  for (int method = 0; method < SCT_MARCH_COUNT; method++) {
+    for (size_t r = 0; r < sizeof ratios / sizeof *ratios; r++) {
+      const double w = ratios[r];
+      const sct_march_weights v = sct_march_weigh(method, w);
+      assert_near(v.now + v.before, 1, 1e-15);
+      assert_near((v.implicit + v.explicit) * w - v.before, w, 1e-15 * w);
+      assert_int_equal(v.before != 0, method == SCT_BDF2 && w > 0 && w <= 2);
+    }
+  }
 }
 
 static void stable_step(void **state) {
@@ -146,9 +163,11 @@ static void a_whole_number_of_steps_stays_whole(void **state) {
   witness w = {0};
   sct_march_report report;
   const sct_march_options o = {
-      .method = SCT_FORWARD_EULER, .start = 0, .end = 0.7, .step = 0.7 / 90};
-  assert_int_equal(march_rod(&w, &rod, &o, &report, NULL), SCT_OK);
-  assert_int_equal(report.steps, 90);
+      .method = SCT_FORWARD_EULER, .start = 0, .end = 0.1 + 0.2, .step = 0.1};
+  const heat slow = {POINTS, SCT_DIRICHLET, SCT_DIRICHLET, 0.05, 0, 0, 0};
+  assert_true(o.end / o.step > 3);
+  assert_int_equal(march_rod(&w, &slow, &o, &report, NULL), SCT_OK);
+  assert_int_equal(report.steps, 3);
 }
 
 static void step_from_the_diffusion_number(void **state) {
@@ -238,29 +257,32 @@ static void growth_by_the_data_is_not_an_error(void **state) {
   (void)state;
   const struct {
     heat shape;
-    double source, flux, wall, start, least;
+    double source, flux, wall, start, end, step, least;
   } cases[] = {
-      {{POINTS, SCT_NEUMANN, SCT_NEUMANN, 1e-3, 0, 0, 0}, 1, 0, 0, 0, 999},
-      {{POINTS, SCT_NEUMANN, SCT_NEUMANN, 1, 0, 0, 0}, 0, 5, 0, 0, 1e3},
-      {{POINTS, SCT_NEUMANN, SCT_NEUMANN, 1, 0, 0, 0}, 0, 1e9, 0, 1e-9, 1e9},
-      {{POINTS, SCT_NEUMANN, SCT_NEUMANN, 1, 0, -0.05, 0}, 0, 0, 0, 1e-9, 1e12},
-      {{POINTS, SCT_ROBIN, SCT_NEUMANN, 0.5, 0, 0, -0.1}, 0, 0, 0, 1e-9, 1e12},
-      {{POINTS, SCT_DIRICHLET, SCT_NEUMANN, 1, 0, 0, 0}, 0, 0, 1e12, 1e-12, 1e11},
+      {{POINTS, SCT_NEUMANN, SCT_NEUMANN, 1e-3, 0, 0, 0}, 1, 0, 0, 0, 1e3, 1, 999},
+      {{POINTS, SCT_NEUMANN, SCT_NEUMANN, 1, 0, 0, 0}, 0, 5, 0, 0, 1e3, 1, 1e3},
+      {{POINTS, SCT_NEUMANN, SCT_NEUMANN, 1, 0, 0, 0}, 0, 5, 0, 0, 1e6, 100, 1e7},
+      {{POINTS, SCT_NEUMANN, SCT_NEUMANN, 1, 0, 0, 0}, 0, 1e9, 0, 1e-9, 1e3, 1, 1e9},
+      {{POINTS, SCT_NEUMANN, SCT_NEUMANN, 1, 0, 0, 0}, 0, 1e12, 0, 1e-9, 1e-17, 1e-18, 0.99e-9},
+      {{POINTS, SCT_NEUMANN, SCT_NEUMANN, 1, 0, -0.05, 0}, 0, 0, 0, 1e-9, 1e3, 1, 1e12},
+      {{POINTS, SCT_ROBIN, SCT_NEUMANN, 0.5, 0, 0, -0.1}, 0, 0, 0, 1e-9, 1e3, 1, 1e12},
+      {{POINTS, SCT_DIRICHLET, SCT_NEUMANN, 1, 0, 0, 0}, 0, 0, 1e12, 1e-12, 1e3, 1, 1e11},
   };
   for (size_t c = 0; c < sizeof cases / sizeof *cases; c++) {
     for (int method = 0; method < SCT_MARCH_COUNT; method++) {
       sct_error err;
       double phi[POINTS];
+      if (method == SCT_FORWARD_EULER && cases[c].end > 1e3) continue; /* millions of steps */
       sct_system *s = heat_system(&cases[c].shape);
       for (int i = 0; i < POINTS; i++) phi[i] = cases[c].start;
       for (int64_t i = 0; i < s->unknowns; i++) {
         s->load[i] = s->is_equation[i] ? cases[c].source : cases[c].flux;
       }
       if (cases[c].shape.left == SCT_DIRICHLET) phi[0] = cases[c].wall;
-      sct_march_options o = {.method = method, .start = 0, .end = 1000, .step = 1};
+      sct_march_options o = {
+          .method = method, .start = 0, .end = cases[c].end, .step = cases[c].step};
       if (method == SCT_FORWARD_EULER) {
-        o.step = 0;
-        o.diffusion_number = 0.9;
+        o.step = fmin(o.step, 0.9 * sct_march_stable_step(s, NULL));
       }
       if (sct_march(&s, &o, NULL, NULL, phi, NULL, &err) != SCT_OK) {
         fail_msg("case %d, %s: %s", (int)c, sct_march_name(method), err.text);
@@ -446,9 +468,72 @@ static void a_matrix_that_stiffens(void **state) {
   heat_free(&s);
 }
 
+/* A boundary value that rises from 0 to 1e12 in a moment. */
+static sct_status raise_wall(void *context, double t, sct_system **system, double *phi,
+                             sct_error *err) {
+  (void)context;
+  (void)system;
+  (void)err;
+  phi[0] = t > 0.5 ? 1e12 : 0;
+  return SCT_OK;
+}
+
+static void a_boundary_value_that_rises(void **state) {
+  (void)state;
+  for (int method = 0; method < SCT_MARCH_COUNT; method++) {
+    sct_error err;
+    double phi[POINTS] = {0};
+    sct_system *s = heat_system(&(heat){POINTS, SCT_DIRICHLET, SCT_NEUMANN, 0.5, 0, 0, 0});
+    const sct_march_problem problem = {SCT_VARIES_DIRICHLET, NULL, raise_wall, NULL};
+    const sct_march_options o = {.method = method, .start = 0, .end = 2, .step = 0.01};
+    assert_int_equal(sct_march(&s, &o, &problem, NULL, phi, NULL, &err), SCT_OK);
+    assert_true(phi[POINTS / 2] > 1e11);
+    heat_free(&s);
+  }
+}
+
+/* Halfway one row loses its neighbours: zeros that stay in the pattern, or a smaller pattern. */
+static sct_status cut_row(void *context, double t, sct_system **system, double *phi,
+                          sct_error *err) {
+  const bool *smaller = context;
+  (void)phi;
+  (void)err;
+  heat_free(system);
+  *system = heat_system(&rod);
+  sct_csr *a = (*system)->matrix;
+  if (t < 0.5) return SCT_OK;
+  const int64_t first = a->start[4];
+  a->value[first] = a->value[first + 2] = 0;
+  if (!*smaller) return SCT_OK;
+  const int64_t rest = sct_csr_entries(a) - (first + 3);
+  a->column[first] = a->column[first + 1];
+  a->value[first] = a->value[first + 1];
+  memmove(a->column + first + 1, a->column + first + 3, (size_t)rest * sizeof *a->column);
+  memmove(a->value + first + 1, a->value + first + 3, (size_t)rest * sizeof *a->value);
+  for (int64_t i = 5; i <= a->rows; i++) a->start[i] -= 2;
+  return SCT_OK;
+}
+
+static void a_pattern_that_changes(void **state) {
+  (void)state;
+  double phi[2][POINTS];
+  for (int smaller = 0; smaller < 2; smaller++) {
+    bool context = smaller;
+    sct_system *s = heat_system(&rod);
+    const sct_march_problem problem = {SCT_VARIES_MATRIX, &context, cut_row, NULL};
+    const sct_march_options o = {
+        .method = SCT_CRANK_NICOLSON, .start = 0, .end = 1, .step = 0.0625};
+    for (int i = 0; i < POINTS; i++) phi[smaller][i] = i % (POINTS - 1) == 0 ? 0 : 1 + i;
+    assert_int_equal(sct_march(&s, &o, &problem, NULL, phi[smaller], NULL, NULL), SCT_OK);
+    heat_free(&s);
+  }
+  for (int i = 0; i < POINTS; i++) assert_near(phi[1][i], phi[0][i], 1e-13);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(names),
+      cmocka_unit_test(weights_are_consistent),
       cmocka_unit_test(stable_step),
       cmocka_unit_test(forward_euler_shortens_the_last_step),
       cmocka_unit_test(implicit_steps_are_even),
@@ -468,6 +553,8 @@ int main(void) {
       cmocka_unit_test(singular_conditions),
       cmocka_unit_test(no_unknowns),
       cmocka_unit_test(a_matrix_that_stiffens),
+      cmocka_unit_test(a_boundary_value_that_rises),
+      cmocka_unit_test(a_pattern_that_changes),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -51,7 +51,8 @@ typedef struct {
   sct_csr *coupling;    /* unknowns x n */
   double *load;         /* [unknowns] s_i, or the condition's value */
   int64_t widened;      /* points whose support was widened */
-  int64_t fallback;     /* points whose row is of another scheme */
+  int64_t fallback;     /* points whose row is of another scheme or degree */
+  int64_t loose;        /* points whose row is far from that of an M-matrix */
 } sct_system;
 
 /* Assembles. SCT_E_ARGUMENT (negative diffusivity, zero normal, no unknown: err->point),

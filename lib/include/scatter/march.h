@@ -90,7 +90,7 @@ double sct_march_stable_step(const sct_system *system, int64_t *point);
  * Cost per step: one product with the matrix (explicit), one solve (implicit), one factorisation
  * more if matrix or step changed. Proof: verify.march (orders 1, 1, 2, 2; exactness for polynomials
  * in t; Neumann and Robin rows; time-dependent loads, Dirichlet values, matrices), unit.march,
- * fault.march */
+ * fault.solve */
 SCT_NODISCARD sct_status sct_march(sct_system **system, const sct_march_options *options,
                                    const sct_march_problem *problem, const sct_work *work,
                                    double *phi, sct_march_report *report, sct_error *err);

@@ -41,8 +41,8 @@ const char *sct_solver_name(int k);
 
 /* Analyses the pattern of `a` (square, sorted rows) and chooses the solver; options NULL: auto.
  * auto = klu for dim 1, below 400 rows for dim 3, below 1000 else; above umfpack, with METIS for
- * dim 3 from 3000 rows, with AMD else (measurements: tests/bench/bench_solve.md). The values are not
- * looked at. *solver is NULL on failure. SCT_E_ARGUMENT (not square, no rows, columns not
+ * dim 3 from 3000 rows, with AMD else (measurements: tests/bench/bench_solve.md). The values are
+ * not looked at. *solver is NULL on failure. SCT_E_ARGUMENT (not square, no rows, columns not
  * ascending, unknown method), SCT_E_LIMIT (2^31 entries), SCT_E_MEMORY, SCT_E_SINGULAR where the
  * package sees that the pattern alone makes it so (else factor says it). Proof: unit.solve,
  * fault.solve */
