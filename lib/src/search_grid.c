@@ -101,8 +101,7 @@ static void sort(sct_search *search, const int32_t *cell) {
   for (int64_t i = search->n - 1; i >= 0; i--) search->order[--cells->start[cell[i]]] = (int32_t)i;
 }
 
-static sct_status build(sct_search *search, const sct_cloud *cloud, double radius, sct_error *err) {
-  (void)radius;
+static sct_status build(sct_search *search, const sct_cloud *cloud, sct_error *err) {
   int32_t *cell = NULL;
   sct_status status = sct_alloc(&cell, cloud->n, sizeof *cell, err);
   if (status == SCT_OK) status = fit(search, cloud, cell, err);

@@ -96,8 +96,7 @@ static double step_of(const sct_search *search) {
   return longest > 0 ? longest / (double)search->n : 1;
 }
 
-static sct_status build(sct_search *search, const sct_cloud *cloud, double radius, sct_error *err) {
-  (void)radius;
+static sct_status build(sct_search *search, const sct_cloud *cloud, sct_error *err) {
   sorted s = {.order = {search->order}};
   uint64_t *key = NULL;
   search->step = step_of(search);
