@@ -1,5 +1,5 @@
 /* admit.h - is this HTTP we can work with? Checks of a request's head before anyone asks what it
- * means. Test: unit.admit.
+ * means. Test: unit.exchange.
  */
 #ifndef SCATTERD_ADMIT_H
 #define SCATTERD_ADMIT_H

@@ -190,6 +190,7 @@ static void perform(const ask *a, const process *p, const doc *root, task *t, re
   } else if (!done) {
     reply_failure(r, t);
   }
+  if (t->cloud) r->points = t->cloud->cloud.n;
   if (p->clear) p->clear(state);
 }
 

@@ -8,6 +8,7 @@
 
 #include <stdbool.h>
 #include <stddef.h>
+#include <stdint.h>
 
 #include "limits.h"
 #include "media.h"
@@ -31,6 +32,7 @@ typedef struct {
   coding coding; /* of the bytes */
   void *bytes;   /* malloc'ed; NULL only when out of memory */
   size_t size;
+  int64_t points; /* of the cloud, 0 if there was none; for the log */
 } reply;
 
 /* Answers. Never fails: what goes wrong is a problem document in the reply. The caller frees

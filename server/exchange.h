@@ -51,6 +51,7 @@ typedef struct exchange {
   char process[EXCHANGE_ITEM];
   pid_t worker;
   double run_seconds;
+  int64_t points;
   /* of the handler and of http.c */
   void *task;
   void *connection;

@@ -137,6 +137,7 @@ static void done(void *context, const pool_outcome *outcome) {
   e->task = NULL;
   e->x->worker = outcome->worker;
   e->x->run_seconds = outcome->seconds;
+  e->x->points = outcome->points;
   replies[outcome->end](e, outcome);
   http_deliver(e->x);
 }

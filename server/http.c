@@ -302,6 +302,7 @@ static void log_request(const connection *c, bool complete) {
     log_count(&line, "worker", x->worker);
     log_milliseconds(&line, "run_ms", x->run_seconds);
   }
+  if (x->points > 0) log_count(&line, "points", x->points);
   if (!complete) log_text(&line, "end", "aborted");
   log_end(&line);
 }
@@ -363,7 +364,8 @@ static void on_message(void *self, const char *format, va_list arguments) {
   (void)self;
   vsnprintf(text, sizeof text, format, arguments);
   text[strcspn(text, "\n")] = '\0';
-  log_say(LOG_DEBUG, "http", "%s", text);
+  const bool refuses = strstr(text, "HTTP response code") != NULL; /* what never was a request */
+  log_say(refuses ? LOG_INFO : LOG_DEBUG, "http", "%s", text);
 }
 
 /* ---- Slow clients ---- */

@@ -34,6 +34,7 @@ typedef struct {
   char type[64];   /* REPLY: media type */
   coding coding;   /* REPLY */
   int64_t size;    /* REPLY: bytes */
+  int64_t points;  /* REPLY: of the cloud, 0 if there was none */
 } ipc_news;
 
 /* Sends one message, with a descriptor if fd >= 0 (the caller keeps its own copy). False with errno

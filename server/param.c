@@ -113,10 +113,11 @@ static const struct {
 } suffixes[] = {{"", 1},    {"KiB", 1 << 10}, {"MiB", 1 << 20}, {"GiB", 1 << 30},
                 {"k", 1e3}, {"M", 1e6},       {"G", 1e9}};
 
-/* A number with one of the first `allowed` suffixes; NaN if `text` is anything else. */
+/* A decimal number with one of the first `allowed` suffixes; NaN if `text` is anything else. */
 static double number(const char *text, size_t allowed) {
   char *end = NULL;
   if (!isdigit((unsigned char)*text) && *text != '-' && *text != '.') return NAN;
+  if (strpbrk(text, "xX") != NULL) return NAN;
   const double value = strtod(text, &end);
   while (*end == ' ') end++;
   for (size_t k = 0; k < allowed; k++) {

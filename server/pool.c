@@ -213,7 +213,8 @@ static bool take_reply(worker *w, const ipc_news *news, int fd) {
                              .status = news->status,
                              .coding = news->coding,
                              .fd = fd,
-                             .size = (size_t)news->size};
+                             .size = (size_t)news->size,
+                             .points = news->points};
     memcpy(outcome.type, news->type, sizeof outcome.type - 1);
   } else if (fd >= 0) {
     return false;

@@ -33,6 +33,7 @@ typedef struct {
   coding coding;  /* REPLY */
   int fd;         /* REPLY: the bytes, the receiver's to close; else -1 */
   size_t size;    /* REPLY: bytes, present in fd */
+  int64_t points; /* REPLY: of the cloud, 0 if there was none */
   pid_t worker;   /* 0 if none had it yet */
   double seconds; /* on the worker */
   char phase[32]; /* last reported, "" if none */

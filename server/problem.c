@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "emit.h"
+#include "utf8.h"
 
 #define OGC "http://www.opengis.net/def/exceptions/ogcapi-processes-1/1.0/"
 
@@ -55,30 +56,15 @@ const char *problem_phrase(int status) {
   return "Error";
 }
 
-/* Bytes of the UTF-8 character at `s`, 0 if there is none (RFC 3629, table of section 4). */
-static size_t utf8_length(const unsigned char *s) {
-  if (s[0] < 0x80) return 1;
-  const size_t length = s[0] < 0xE0 ? 2 : s[0] < 0xF0 ? 3 : 4;
-  const unsigned char low = s[0] == 0xE0 ? 0xA0 : s[0] == 0xF0 ? 0x90 : 0x80;
-  const unsigned char high = s[0] == 0xED ? 0x9F : s[0] == 0xF4 ? 0x8F : 0xBF;
-  if (s[0] < 0xC2 || s[0] > 0xF4 || s[1] < low || s[1] > high) return 0;
-  for (size_t k = 2; k < length; k++) {
-    if ((s[k] & 0xC0) != 0x80) return 0;
-  }
-  return length;
-}
-
-/* Makes `text` valid UTF-8 in place. If it was cut (`full`), a broken character at its end goes. */
-static void make_utf8(char *text, bool full) {
-  unsigned char *s = (unsigned char *)text;
-  while (*s != '\0') {
-    const size_t length = utf8_length(s);
-    if (length == 0 && full && strlen((char *)s) < 4) {
-      *s = '\0';
+/* Makes `text` valid UTF-8 in place. If it was cut, a broken character at its end goes. */
+static void make_utf8(char *text, bool cut) {
+  size_t length = strlen(text);
+  for (size_t good; (good = utf8_prefix(text, length)) < length; text += good, length -= good) {
+    if (cut && length - good < 4) {
+      text[good] = '\0';
       return;
     }
-    if (length == 0) *s = '?';
-    s += length == 0 ? 1 : length;
+    text[good] = '?';
   }
 }
 

@@ -10,11 +10,12 @@
 
 #include "ipc.h"
 
-/* Progress goes to the front at most this often; the reports in between are free. */
+/* Progress within a phase goes to the front at most this often; the reports in between are free. */
 static const double report_seconds = 0.1;
 
 typedef struct {
   double last; /* time of the last report sent */
+  char phase[sizeof((ipc_news *)NULL)->phase];
 } reporter;
 
 static double now(void) {
@@ -27,10 +28,12 @@ static double now(void) {
 static bool report(void *context, const char *phase, double fraction) {
   reporter *r = context;
   const double time = now();
-  if (time - r->last < report_seconds) return true;
-  r->last = time;
   ipc_news news = {.kind = IPC_PROGRESS, .fraction = fraction};
   snprintf(news.phase, sizeof news.phase, "%s", phase);
+  const bool is_new = strcmp(news.phase, r->phase) != 0;
+  if (!is_new && time - r->last < report_seconds) return true;
+  r->last = time;
+  memcpy(r->phase, news.phase, sizeof r->phase);
   return ipc_send(IPC_SOCKET, &news, sizeof news, -1);
 }
 
@@ -50,7 +53,7 @@ static int descriptor_of(const void *bytes, size_t size) {
 }
 
 static bool send_reply(const reply *r) {
-  ipc_news news = {.kind = IPC_REPLY, .coding = r->coding};
+  ipc_news news = {.kind = IPC_REPLY, .coding = r->coding, .points = r->points};
   int fd = -1;
   if (r->bytes != NULL) fd = descriptor_of(r->bytes, r->size);
   if (fd >= 0) {

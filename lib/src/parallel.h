@@ -1,18 +1,18 @@
-/* parallel.h - the one OpenMP loop of the library, which is a plain loop where there is none.
- *
- * SCT_PARALLEL_FOR(threads, ok) stands before `for (int t = 0; t < threads; t++)` whose body
- * says `ok = part(t) && ok;` with a bool ok. Results must not depend on the number of threads:
- * each part writes memory of its own.
- */
+/* parallel.h - long loops: cut into pieces for the caller to hear of, and into threads. */
 #ifndef SCATTER_PARALLEL_H
 #define SCATTER_PARALLEL_H
 
-#ifdef _OPENMP
-#define SCT_PRAGMA(text) _Pragma(#text)
-#define SCT_PARALLEL_FOR(threads, ok) \
-  SCT_PRAGMA(omp parallel for num_threads(threads) schedule(static, 1) reduction(&& : ok))
-#else
-#define SCT_PARALLEL_FOR(threads, ok)
-#endif
+#include "scatter/status.h"
+
+/* Does something for the items first .. last-1 on thread t; writes memory of its own only. False:
+ * it failed, stop. */
+typedef bool sct_slice(void *context, int64_t first, int64_t last, int t);
+
+/* Works through n items in ascending pieces of 2^17. Between pieces work->report hears of
+ * `phase`; a piece is cut into one slice per thread, thread t getting the t-th. *complete is false
+ * if a slice failed: then no piece after that one is begun. SCT_E_CANCELLED. */
+SCT_NODISCARD sct_status sct_in_pieces(int64_t n, const sct_work *work, const char *phase,
+                                       sct_slice *slice, void *context, bool *complete,
+                                       sct_error *err);
 
 #endif

@@ -3,31 +3,16 @@
  * line. The side of the cells does not bind the radius of a question.
  */
 #include <math.h>
+#include <string.h>
 
 #include "alloc.h"
 #include "search_kind.h"
 
 /* Points per cell aimed at. */
-static const double filling = 2;
+static const double filling = 8;
 
 /* Up to 8 times as many cells are laid out; their numbers are int32_t. */
 static const double cells_most = 1 << 27;
-
-/* Corners of the scaled cloud. */
-static void corners(const sct_cloud *cloud, double scale, double *lower, double *upper) {
-  int dim = cloud->dim;
-  for (int k = 0; k < dim; k++) lower[k] = upper[k] = cloud->x[k];
-  for (const double *x = cloud->x; x < cloud->x + cloud->n * dim; x += dim) {
-    for (int k = 0; k < dim; k++) {
-      if (x[k] < lower[k]) lower[k] = x[k];
-      if (x[k] > upper[k]) upper[k] = x[k];
-    }
-  }
-  for (int k = 0; k < dim; k++) {
-    lower[k] *= scale;
-    upper[k] *= scale;
-  }
-}
 
 static int longer_first(const void *a, const void *b) {
   double x = *(const double *)a, y = *(const double *)b;
@@ -37,25 +22,27 @@ static int longer_first(const void *a, const void *b) {
 /* Side s of about `wanted` cells on a box of extents L_1 >= L_2 >= ...: s_m = (L_1 ... L_m /
  * wanted)^(1/m) with m such that the other extents are shorter than s_m, one cell wide. If
  * L_(m+1) > s_m then s_m < s_(m+1) < L_(m+1), so axes are taken in as long as they are longer. */
-static double side_of(int dim, const double *extent, double wanted) {
-  double l[SCT_DIM_MAX] = {0};
-  for (int k = 0; k < dim; k++) l[k] = extent[k];
-  qsort(l, (size_t)dim, sizeof *l, longer_first);
+static double side_of(const double *extent, double wanted) {
+  double l[SCT_DIM_MAX];
+  memcpy(l, extent, sizeof l);
+  qsort(l, SCT_DIM_MAX, sizeof *l, longer_first);
   if (!(l[0] > 0)) return 1; /* all points at one place */
   double side = l[0] / wanted;
-  for (int m = 1; m < dim && l[m] > side; m++) side *= pow(l[m] / side, 1.0 / (m + 1));
+  for (int m = 1; m < SCT_DIM_MAX && l[m] > side; m++) side *= pow(l[m] / side, 1.0 / (m + 1));
   return isfinite(1 / side) ? side : 1; /* else too small to divide by: one cell */
 }
 
-static sct_status lay_out(sct_cells *cells, const sct_cloud *cloud, double scale, sct_error *err) {
-  double upper[SCT_DIM_MAX], extent[SCT_DIM_MAX] = {0};
-  corners(cloud, scale, cells->lower, upper);
-  for (int k = 0; k < cloud->dim; k++) extent[k] = upper[k] - cells->lower[k];
-  double wanted = fmin(fmax((double)cloud->n / filling, 1), cells_most);
-  cells->side = side_of(cloud->dim, extent, wanted);
+static sct_status lay_out(sct_search *search, sct_error *err) {
+  sct_cells *cells = &search->cells;
+  double extent[SCT_DIM_MAX];
+  for (int k = 0; k < SCT_DIM_MAX; k++) extent[k] = search->box.upper[k] - search->box.lower[k];
+  double wanted = fmin(fmax((double)search->n / filling, 1), cells_most);
+  cells->side = side_of(extent, wanted);
   cells->per_length = 1 / cells->side;
+  search->step = cells->side;
   int64_t all = 1;
   for (int k = 0; k < SCT_DIM_MAX; k++) {
+    cells->lower[k] = search->box.lower[k];
     cells->count[k] = (int64_t)(extent[k] * cells->per_length) + 1;
     all *= cells->count[k];
   }
@@ -63,7 +50,7 @@ static sct_status lay_out(sct_cells *cells, const sct_cloud *cloud, double scale
 }
 
 /* Cell along an axis of a place measured in cells; the outermost cells reach to infinity. */
-SCT_INLINE int64_t cell_at(double cells, int64_t count) {
+static int64_t cell_at(double cells, int64_t count) {
   double last = (double)(count - 1);
   return cells > 0 ? (int64_t)(cells < last ? cells : last) : 0;
 }
@@ -96,7 +83,7 @@ static sct_status build(sct_search *search, const sct_cloud *cloud, double radiu
   sct_cells *cells = &search->cells;
   int dim = cloud->dim;
   int32_t *cell = NULL;
-  sct_status status = lay_out(cells, cloud, search->scale, err);
+  sct_status status = lay_out(search, err);
   if (status == SCT_OK) status = sct_alloc(&cell, cloud->n, sizeof *cell, err);
   if (status != SCT_OK) goto done;
   for (int64_t i = 0; i < cloud->n; i++) {
@@ -114,116 +101,83 @@ static void clear(sct_search *search) {
   sct_release(&search->cells.start);
 }
 
-/* A ball in the units of the cells, wide enough for every rounding on the way there: the runs may
- * hold too much, never too little. */
+/* A box in the units of the cells, and how far around it to look: far enough for every rounding
+ * on the way there, so the runs may hold too much, never too little. */
 typedef struct {
-  double x[SCT_DIM_MAX], radius, slack;
-} ball;
+  sct_box box;
+  double radius, slack;
+} reach;
 
-SCT_INLINE double clamp(double value, double lower, double upper) {
+static double clamp(double value, double lower, double upper) {
   value = value > lower ? value : lower;
   return value < upper ? value : upper;
 }
 
-SCT_INLINE ball ball_of(const sct_cells *cells, int dim, const sct_query *query) {
-  const double far = 1e149; /* squares are finite; moving x closer only adds cells */
-  ball b = {.slack = 1e-5};
-  for (int k = 0; k < dim; k++) {
-    b.x[k] = clamp((query->x[k] - cells->lower[k]) * cells->per_length, -far, far);
-    b.slack += 1e-14 * fabs(b.x[k]);
+static reach reach_of(const sct_cells *cells, const sct_box *box, double radius) {
+  const double far = 1e149; /* squares are finite; moving a box closer only adds cells */
+  reach r = {.slack = 1e-5};
+  for (int k = 0; k < SCT_DIM_MAX; k++) {
+    double lower = (box->lower[k] - cells->lower[k]) * cells->per_length;
+    double upper = (box->upper[k] - cells->lower[k]) * cells->per_length;
+    r.box.lower[k] = clamp(lower, -far, far);
+    r.box.upper[k] = clamp(upper, -far, far);
+    r.slack += 1e-14 * (fabs(r.box.lower[k]) + fabs(r.box.upper[k]));
   }
-  b.radius = clamp(query->radius * cells->per_length * (1 + 1e-12) + b.slack, 0, 10 * far);
-  return b;
+  r.radius = clamp(radius * cells->per_length * (1 + 1e-12) + r.slack, 0, 10 * far);
+  return r;
 }
 
 typedef struct {
   int64_t first, last;
 } range;
 
-/* Rows of cells along axis k that the ball touches. */
-SCT_INLINE range rows(const sct_cells *cells, const ball *b, int dim, int k) {
-  range r = {0, 0};
-  if (k < dim) {
-    r.first = cell_at(b->x[k] - b->radius, cells->count[k]);
-    r.last = cell_at(b->x[k] + b->radius, cells->count[k]);
-  }
-  return r;
+/* Rows of cells along axis k within reach. */
+static range rows(const sct_cells *cells, const reach *r, int k) {
+  range rows = {cell_at(r->box.lower[k] - r->radius, cells->count[k]),
+                cell_at(r->box.upper[k] + r->radius, cells->count[k])};
+  return rows;
 }
 
-/* What is left of the square of the ball's half width, `rest`, in `row` of axis k. */
-SCT_INLINE double left_over(const ball *b, int dim, int k, int64_t row, double rest) {
-  if (k >= dim) return rest;
-  double below = (double)row - b->x[k], above = b->x[k] - (double)(row + 1);
-  double gap = (below > above ? below : above) - b->slack;
-  return gap > 0 ? rest - gap * gap : rest;
+/* What the gap between the box and `row` of axis k leaves of the square of a radius. */
+static double left_over(const reach *r, int k, int64_t row, double square) {
+  double below = (double)row - r->box.upper[k], above = r->box.lower[k] - (double)(row + 1);
+  double gap = (below > above ? below : above) - r->slack;
+  return gap > 0 ? square - gap * gap : square;
 }
 
-/* Places of the cells of line (y, z) within half a width of the ball's middle. */
-SCT_INLINE range run_of(const sct_cells *cells, const ball *b, int64_t y, int64_t z, double half) {
+/* Places of the cells of line (y, z) less than `radius` before or behind the box. */
+static range run_of(const sct_cells *cells, const reach *r, int64_t y, int64_t z, double radius) {
   const int32_t *line = cells->start + (z * cells->count[1] + y) * cells->count[0];
-  range r = {line[cell_at(b->x[0] - half, cells->count[0])],
-             line[cell_at(b->x[0] + half, cells->count[0]) + 1]};
-  return r;
+  range run = {line[cell_at(r->box.lower[0] - radius, cells->count[0])],
+               line[cell_at(r->box.upper[0] + radius, cells->count[0]) + 1]};
+  return run;
 }
 
-/* Visits the runs of the ball of `query`. */
-SCT_INLINE void walk(const sct_search *search, int dim, const sct_query *query, sct_visit *visit,
-                     void *into) {
+static void walk(const sct_search *search, const sct_box *box, double radius, sct_visit *visit,
+                 void *into) {
   const sct_cells *cells = &search->cells;
-  ball b = ball_of(cells, dim, query);
-  range ys = rows(cells, &b, dim, 1), zs = rows(cells, &b, dim, 2);
+  reach r = reach_of(cells, box, radius);
+  range ys = rows(cells, &r, 1), zs = rows(cells, &r, 2);
   for (int64_t z = zs.first; z <= zs.last; z++) {
-    double rest_z = left_over(&b, dim, 2, z, b.radius * b.radius);
-    if (rest_z < 0) continue;
+    double square_z = left_over(&r, 2, z, r.radius * r.radius);
+    if (square_z < 0) continue;
     for (int64_t y = ys.first; y <= ys.last; y++) {
-      double rest = left_over(&b, dim, 1, y, rest_z);
-      if (rest < 0) continue;
-      range run = run_of(cells, &b, y, z, sqrt(rest));
-      if (!visit(search, dim, query, run.first, run.last, into)) return;
+      double square = left_over(&r, 1, y, square_z);
+      if (square < 0) continue;
+      range run = run_of(cells, &r, y, z, sqrt(square));
+      if (run.first < run.last && !visit(into, run.first, run.last)) return;
     }
   }
 }
 
-static void collect(const sct_search *search, const sct_query *query, sct_hits *hits) {
-  switch (search->dim) {
-    case 1:
-      walk(search, 1, query, sct_visit_collect, hits);
-      break;
-    case 2:
-      walk(search, 2, query, sct_visit_collect, hits);
-      break;
-    default:
-      walk(search, 3, query, sct_visit_collect, hits);
-  }
-}
-
-static void closest(const sct_search *search, const sct_query *query, double *best) {
-  switch (search->dim) {
-    case 1:
-      walk(search, 1, query, sct_visit_nearest, best);
-      break;
-    case 2:
-      walk(search, 2, query, sct_visit_nearest, best);
-      break;
-    default:
-      walk(search, 3, query, sct_visit_nearest, best);
-  }
-}
-
-/* Asks wider and wider balls until one holds a point. */
-static double nearest(const sct_search *search, const sct_query *query) {
+/* The cell's end. */
+static int64_t bundle_end(const sct_search *search, int64_t place) {
   const sct_cells *cells = &search->cells;
-  double all = cells->side * (double)(cells->count[0] + cells->count[1] + cells->count[2]);
-  double best = INFINITY, r = cells->side;
-  sct_query wider = *query;
-  for (;; r *= 2) {
-    wider.radius = r;
-    closest(search, &wider, &best);
-    if (best <= r * r || r > all) break;
-  }
-  return best;
+  double x[SCT_DIM_MAX];
+  for (int k = 0; k < search->dim; k++) x[k] = search->x[k][place];
+  return cells->start[cell_of(cells, search->dim, 1, x) + 1];
 }
 
 const sct_search_kind_of sct_search_grid = {
-    SCT_SEARCH_GRID, "grid", build, clear, collect, nearest,
+    SCT_SEARCH_GRID, "grid", build, clear, walk, bundle_end,
 };

@@ -1,8 +1,8 @@
-/* search_kind.h - what cells and tree have in common: sorted points, runs, the distance test.
+/* search_kind.h - what cells and tree have in common.
  *
- * Both structures put the points into an order of their own in which the points near any place
- * are a few runs [first, last) of consecutive points. A structure knows which runs may hold an
- * answer; the distance test over a run is the same code for both, so they agree to the last bit.
+ * Both structures put the points into an order of their own in which the points near any box are
+ * a few runs [first, last) of consecutive points. A structure knows which runs may hold an
+ * answer; the distance test is the same code for both, so they agree to the last bit.
  * "Place" is a number in the sorted order, "point" a number of the caller's cloud.
  */
 #ifndef SCATTER_SEARCH_KIND_H
@@ -10,21 +10,10 @@
 
 #include "scatter/search.h"
 
-/* Who is near x? Lengths are those of the cloud times sct_search.scale. */
+/* A box, or a single place where lower = upper. */
 typedef struct {
-  double x[SCT_DIM_MAX];
-  double radius, square; /* square = radius * radius */
-  int64_t self;          /* place that is not asked for, or -1 */
-} sct_query;
-
-/* The points found, in the order they were found. */
-typedef struct sct_hits sct_hits;
-struct sct_hits {
-  int32_t *index; /* [capacity] */
-  int64_t n, capacity;
-  int64_t most;                                    /* the question ends when n is beyond this */
-  bool (*make_room)(sct_hits *hits, int64_t more); /* capacity - n >= more; false: none left */
-};
+  double lower[SCT_DIM_MAX], upper[SCT_DIM_MAX];
+} sct_box;
 
 /* Cells of one side: point x is in cell (i, j, k) = floor((x - lower) per_length), number
  * c = i + count[0] (j + count[1] k), which holds the places start[c] .. start[c+1]-1. */
@@ -43,17 +32,22 @@ typedef struct {
   double *box; /* [2^(depth+1)][2][dim] tight lower and upper corner of a node's points */
 } sct_tree;
 
-/* The methods of a structure. `search` has dim, n and scale when build is called, and x sorted by
- * `order` (which build fills) afterwards. */
+/* What is done with a run. False: enough. */
+typedef bool sct_visit(void *into, int64_t first, int64_t last);
+
+/* The methods of a structure. */
 typedef struct {
   sct_search_method method;
   const char *name;
+  /* Fills search->order and step. The search has dim, n, scale and box; its x is sorted afterwards.
+   */
   sct_status (*build)(sct_search *search, const sct_cloud *cloud, double radius, sct_error *err);
   void (*clear)(sct_search *search);
-  /* Appends the points closer than query->radius. */
-  void (*collect)(const sct_search *search, const sct_query *query, sct_hits *hits);
-  /* Square of the distance from place query->self to the nearest other place. */
-  double (*nearest)(const sct_search *search, const sct_query *query);
+  /* Visits, in ascending order, runs that hold all points less than radius away from a box. */
+  void (*walk)(const sct_search *search, const sct_box *box, double radius, sct_visit *visit,
+               void *into);
+  /* The places from `place` up to this one are close together and always in one run. */
+  int64_t (*bundle_end)(const sct_search *search, int64_t place);
 } sct_search_kind_of;
 
 extern const sct_search_kind_of sct_search_grid, sct_search_tree;
@@ -63,82 +57,12 @@ struct sct_search {
   int dim;
   int64_t n;
   double scale;           /* a power of two that brings the cloud into the range of squares */
+  sct_box box;            /* around all points, scaled; 0 in the axes the cloud does not have */
   double *x[SCT_DIM_MAX]; /* [dim][n] sorted coordinates times scale */
   int32_t *order;         /* [n] point at a place */
+  double step;            /* > 0: about the distance of neighbours, to begin a search with */
   sct_cells cells;        /* of the grid */
   sct_tree tree;          /* of the tree */
 };
-
-/* Tested at a time: bounds what is reserved ahead of the test. */
-enum { SCT_SCAN_BLOCK = 1024 };
-
-#if defined(__GNUC__)
-#define SCT_INLINE static inline __attribute__((always_inline))
-#else
-#define SCT_INLINE static inline
-#endif
-
-SCT_INLINE double sct_square(const sct_search *search, int dim, const double *x, int64_t place) {
-  double dx = search->x[0][place] - x[0];
-  if (dim == 1) return dx * dx;
-  double dy = search->x[1][place] - x[1];
-  if (dim == 2) return dx * dx + dy * dy;
-  double dz = search->x[2][place] - x[2];
-  return dx * dx + dy * dy + dz * dz;
-}
-
-/* Writes the points of [first, last) that are hit to out; returns how many. Writing each one and
- * counting it only if it is a hit costs no branch, and needs room for last - first. */
-SCT_INLINE int64_t sct_scan(const sct_search *search, int dim, const sct_query *query,
-                            int64_t first, int64_t last, int32_t *restrict out) {
-  int64_t m = 0;
-  for (int64_t p = first; p < last; p++) {
-    out[m] = search->order[p];
-    m += sct_square(search, dim, query->x, p) < query->square;
-  }
-  return m;
-}
-
-/* What is done with a run. False: stop asking. */
-typedef bool sct_visit(const sct_search *search, int dim, const sct_query *query, int64_t first,
-                       int64_t last, void *into);
-
-/* Appends the hits of a run without query->self. */
-SCT_INLINE bool sct_collect_part(const sct_search *search, int dim, const sct_query *query,
-                                 int64_t first, int64_t last, sct_hits *hits) {
-  while (first < last) {
-    int64_t next = last - first > SCT_SCAN_BLOCK ? first + SCT_SCAN_BLOCK : last;
-    if (hits->capacity - hits->n < next - first && !hits->make_room(hits, next - first)) {
-      return false;
-    }
-    hits->n += sct_scan(search, dim, query, first, next, hits->index + hits->n);
-    if (hits->n > hits->most) return false;
-    first = next;
-  }
-  return true;
-}
-
-/* Appends the hits of a run to an sct_hits. */
-SCT_INLINE bool sct_visit_collect(const sct_search *search, int dim, const sct_query *query,
-                                  int64_t first, int64_t last, void *into) {
-  int64_t self = query->self;
-  if (self < first || self >= last) {
-    return sct_collect_part(search, dim, query, first, last, into);
-  }
-  return sct_collect_part(search, dim, query, first, self, into) &&
-         sct_collect_part(search, dim, query, self + 1, last, into);
-}
-
-/* Lowers a double to the smallest square of a distance from query->x to a point of a run. */
-SCT_INLINE bool sct_visit_nearest(const sct_search *search, int dim, const sct_query *query,
-                                  int64_t first, int64_t last, void *into) {
-  double best = *(double *)into;
-  for (int64_t p = first; p < last; p++) {
-    double square = sct_square(search, dim, query->x, p);
-    if (square < best && p != query->self) best = square;
-  }
-  *(double *)into = best;
-  return true;
-}
 
 #endif

@@ -36,10 +36,6 @@ static range node_places(int64_t n, int level, int64_t m) {
   return r;
 }
 
-static const double *lower_of(const sct_search *search, int dim, int64_t m) {
-  return search->tree.box + m * 2 * dim;
-}
-
 /* -- build --------------------------------------------------------------------------------------
  */
 
@@ -92,10 +88,20 @@ static void grow(sct_search *search, const sct_cloud *cloud, sorted *s) {
   }
 }
 
+/* Short rather than long: a search doubles it. */
+static double step_of(const sct_search *search) {
+  double longest = 0;
+  for (int k = 0; k < search->dim; k++) {
+    longest = fmax(longest, search->box.upper[k] - search->box.lower[k]);
+  }
+  return longest > 0 ? longest / (double)search->n : 1;
+}
+
 static sct_status build(sct_search *search, const sct_cloud *cloud, double radius, sct_error *err) {
   (void)radius;
   sorted s = {.order = {search->order}};
   uint64_t *key = NULL;
+  search->step = step_of(search);
   search->tree.depth = 0;
   while (cloud->n >> search->tree.depth > LEAF) search->tree.depth++;
   sct_status status = sct_alloc(&search->tree.box, (int64_t)2 << search->tree.depth,
@@ -122,105 +128,59 @@ static void clear(sct_search *search) {
 /* -- questions ----------------------------------------------------------------------------------
  */
 
-SCT_INLINE double sum_of_squares(int dim, const double *d) {
-  if (dim == 1) return d[0] * d[0];
-  if (dim == 2) return d[0] * d[0] + d[1] * d[1];
-  return d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
-}
-
-/* Square of the distance from x to the nearest place of a box. Rounding is monotonic and the
- * operations are those of the distance test, so no point of the box tests closer than this. */
-SCT_INLINE double box_square(int dim, const double *lower, const double *x) {
+/* Square of the distance between a box and that of a node. Rounding is monotonic and the
+ * operations are those of the distance test, so no two points of them test closer than this. */
+static double near_square(int dim, const double *lower, const sct_box *box) {
   const double *upper = lower + dim;
-  double gap[SCT_DIM_MAX];
+  double sum = 0;
   for (int k = 0; k < dim; k++) {
-    double below = lower[k] - x[k], above = x[k] - upper[k];
-    gap[k] = below > 0 ? below : above > 0 ? above : 0;
+    double behind = lower[k] - box->upper[k], before = box->lower[k] - upper[k];
+    double gap = behind > 0 ? behind : before > 0 ? before : 0;
+    sum += gap * gap;
   }
-  return sum_of_squares(dim, gap);
+  return sum;
 }
 
-/* Square of the distance from x to the farthest corner: no point tests farther. */
-SCT_INLINE double corner_square(int dim, const double *lower, const double *x) {
+/* Square of the largest distance: no two points test farther apart. */
+static double far_square(int dim, const double *lower, const sct_box *box) {
   const double *upper = lower + dim;
-  double gap[SCT_DIM_MAX];
-  for (int k = 0; k < dim; k++) gap[k] = fmax(fabs(lower[k] - x[k]), fabs(upper[k] - x[k]));
-  return sum_of_squares(dim, gap);
+  double sum = 0;
+  for (int k = 0; k < dim; k++) {
+    double gap = fmax(upper[k] - box->lower[k], box->upper[k] - lower[k]);
+    sum += gap * gap;
+  }
+  return sum;
 }
 
-/* Visits the nodes that the ball touches from left to right; a node that lies in the ball is one
- * run. */
-SCT_INLINE void walk(const sct_search *search, int dim, const sct_query *query, sct_hits *hits) {
+/* Visits the nodes within reach from left to right; a node that is wholly within is one run. */
+static void walk(const sct_search *search, const sct_box *box, double radius, sct_visit *visit,
+                 void *into) {
   const int64_t leaves = (int64_t)1 << search->tree.depth;
+  const double square = radius * radius;
   int64_t stack[LEVELS], *top = stack;
   *top++ = 1;
   while (top > stack) {
     int64_t m = *--top;
-    const double *lower = lower_of(search, dim, m);
-    if (!(box_square(dim, lower, query->x) < query->square)) continue;
-    if (m < leaves && !(corner_square(dim, lower, query->x) < query->square)) {
+    const double *lower = search->tree.box + m * 2 * search->dim;
+    if (!(near_square(search->dim, lower, box) < square)) continue;
+    if (m < leaves && !(far_square(search->dim, lower, box) < square)) {
       *top++ = 2 * m + 1;
       *top++ = 2 * m;
       continue;
     }
     range r = node_places(search->n, m < leaves ? level_of(m) : search->tree.depth, m);
-    if (!sct_visit_collect(search, dim, query, r.first, r.last, hits)) return;
+    if (!visit(into, r.first, r.last)) return;
   }
 }
 
-/* Visits the nearer child first, and no node farther than the best so far. */
-SCT_INLINE double descend(const sct_search *search, int dim, const sct_query *query) {
-  const int64_t leaves = (int64_t)1 << search->tree.depth;
-  struct {
-    int64_t m;
-    double square;
-  } stack[LEVELS], *top = stack;
-  double best = INFINITY;
-  top->m = 1;
-  top++->square = 0;
-  while (top > stack) {
-    int64_t m = (--top)->m;
-    if (top->square >= best) continue;
-    if (m >= leaves) {
-      range r = node_places(search->n, search->tree.depth, m);
-      sct_visit_nearest(search, dim, query, r.first, r.last, &best);
-      continue;
-    }
-    double left = box_square(dim, lower_of(search, dim, 2 * m), query->x);
-    double right = box_square(dim, lower_of(search, dim, 2 * m + 1), query->x);
-    bool right_first = right < left;
-    top->m = 2 * m + !right_first;
-    top++->square = right_first ? left : right;
-    top->m = 2 * m + right_first;
-    top++->square = right_first ? right : left;
-  }
-  return best;
-}
-
-static void collect(const sct_search *search, const sct_query *query, sct_hits *hits) {
-  switch (search->dim) {
-    case 1:
-      walk(search, 1, query, hits);
-      break;
-    case 2:
-      walk(search, 2, query, hits);
-      break;
-    default:
-      walk(search, 3, query, hits);
-  }
-}
-
-static double nearest(const sct_search *search, const sct_query *query) {
-  switch (search->dim) {
-    case 1:
-      return descend(search, 1, query);
-    case 2:
-      return descend(search, 2, query);
-    default:
-      return descend(search, 3, query);
-  }
+/* The leaf's end. */
+static int64_t bundle_end(const sct_search *search, int64_t place) {
+  const int depth = search->tree.depth;
+  int64_t leaf = (place << depth) / search->n;
+  while (search->n * (leaf + 1) >> depth <= place) leaf++;
+  return search->n * (leaf + 1) >> depth;
 }
 
 const sct_search_kind_of sct_search_tree = {
-    SCT_SEARCH_TREE, "tree", build, clear, collect, nearest,
+    SCT_SEARCH_TREE, "tree", build, clear, walk, bundle_end,
 };

@@ -81,7 +81,7 @@ static void do_phase(const ask *a, const char *text, reply *r) {
   char phase[32];
   double fraction, seconds;
   if (sscanf(text, "%31s %lf %lf", phase, &fraction, &seconds) != 3) return;
-  pause_for(0.15); /* reports that come too soon are not sent */
+  a->report(a->context, "before", 0);
   a->report(a->context, phase, fraction);
   pause_for(seconds);
   echo(a, text, r);

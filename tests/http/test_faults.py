@@ -1,5 +1,6 @@
 """Workers that crash, hang or eat memory; clients that leave; a full queue; stopping."""
 
+import json
 import os
 import pathlib
 import signal
@@ -161,6 +162,35 @@ class Faults(daemon.Case):
         self.assertEqual(len(daemon.descriptors(self.daemon.pid)), before)
         worker = daemon.children(self.daemon.pid)[0]
         self.assertEqual(sorted(daemon.descriptors(worker)), [0, 1, 2, 3])
+
+
+LATTICE = {"inputs": {"cloud": {"lattice": {"lower": [0] * 3, "upper": [1] * 3,
+                                            "cells": [40] * 3}},
+                      "diffusivity": 1, "source": 1,
+                      "boundary": [{"on": "boundary", "type": "dirichlet", "value": 0}]}}
+
+
+class SlowSolve(daemon.Case):
+    """The real worker, in the middle of a solve that takes seconds."""
+    stub = False
+    options = ["--workers", "1", "--seconds", "0.3"]
+
+    def test_time_limit(self):
+        problem = self.assert_problem(self.execute(json.dumps(LATTICE)), 504, "0.3 s", "in phase")
+        self.assertRegex(problem["detail"], "in phase (search|stencil|assemble|factor|solve) ")
+        small = {"inputs": {"message": "alive"}}
+        reply = self.execute(json.dumps(small), "/processes/echo/execution")
+        self.assertEqual(reply.json["message"], "alive")
+
+
+@unittest.skipIf(is_sanitized(), "the sanitizer needs all address space for itself")
+class LargeSolve(daemon.Case):
+    stub = False
+    options = ["--workers", "1", "--memory-bytes", "300MiB"]
+
+    def test_memory_limit(self):
+        self.assert_problem(self.execute(json.dumps(LATTICE)), 422, str(300 << 20))
+        self.daemon.wait_for_log(r"status=422 .* points=68921")
 
 
 class Hog(daemon.Case):

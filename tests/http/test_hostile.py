@@ -29,6 +29,10 @@ class Hostile(daemon.Case):
                 self.assertNotRegex(daemon.read_all(plain), rb"^HTTP/1\.1 5(?!0[15])")
         self.assert_alive()
 
+    def test_garbage_is_logged(self):
+        self.exchange(b"GET / HTTP/9.9\r\nHost: a\r\n\r\n")
+        self.daemon.wait_for_log(r"event=http message=.*505")
+
     def test_random_bytes_and_mutations(self):
         seed = int(os.environ.get("SEED") or random.randrange(1 << 32))
         print(f"seed {seed}", flush=True)

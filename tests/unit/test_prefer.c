@@ -1,0 +1,45 @@
+/* prefer.h: the Prefer field. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "prefer.h"
+
+static void test_prefer(void **state) {
+  (void)state;
+  static const struct {
+    const char *text;
+    bool respond_async;
+    double wait;
+  } rows[] = {{NULL, false, -1},
+              {"", false, -1},
+              {"respond-async", true, -1},
+              {"Respond-Async, Wait=10", true, 10},
+              {"wait=5;x=\"a,b\", return=minimal", false, 5},
+              {"foo; respond-async", false, -1},
+              {"foo=\"respond-async, wait=3\"", false, -1},
+              {"wait=1, wait=2", false, 1},
+              {"wait=x, wait=2", false, 2},
+              {"wait", false, -1},
+              {"wait=-1", false, -1},
+              {"wait=1.5", false, -1},
+              {"wait=\"7\" ; q", false, 7},
+              {"handling=lenient,respond-async;a=b", true, -1}};
+  for (size_t k = 0; k < sizeof rows / sizeof *rows; k++) {
+    const prefer got = prefer_of(rows[k].text);
+    assert_int_equal(got.respond_async, rows[k].respond_async);
+    assert_true(got.wait == rows[k].wait);
+  }
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(test_prefer),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}

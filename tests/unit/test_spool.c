@@ -1,0 +1,60 @@
+/* spool.h: bodies in memory and in files without a name. */
+#include <errno.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cmocka.h>
+
+#include "spool.h"
+
+static void check(int64_t memory, bool on_disk) {
+  spool s = SPOOL_EMPTY;
+  char bytes[1000], back[3000];
+  for (int part = 0; part < 3; part++) {
+    memset(bytes, 'a' + part, sizeof bytes);
+    assert_true(spool_add(&s, bytes, sizeof bytes, memory, "/tmp"));
+  }
+  assert_int_equal(s.size, 3000);
+  assert_int_equal(s.on_disk, on_disk);
+  assert_int_equal(pread(s.fd, back, sizeof back, 0), 3000);
+  for (int k = 0; k < 3000; k++) assert_int_equal(back[k], 'a' + k / 1000);
+  struct stat facts;
+  assert_int_equal(fstat(s.fd, &facts), 0);
+  assert_int_equal(facts.st_nlink, 0);
+  spool_close(&s);
+  assert_int_equal(s.fd, -1);
+  spool_close(&s);
+}
+
+static void test_places(void **state) {
+  (void)state;
+  check(1 << 20, false);
+  check(3000, false);
+  check(2999, true);
+  check(1000, true);
+  check(0, true);
+}
+
+static void test_no_directory(void **state) {
+  (void)state;
+  spool s = SPOOL_EMPTY;
+  assert_true(spool_add(&s, "abc", 3, 5, "/does/not/exist"));
+  assert_false(spool_add(&s, "abc", 3, 5, "/does/not/exist"));
+  assert_int_equal(errno, ENOENT);
+  assert_int_equal(s.size, 3);
+  spool_close(&s);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(test_places),
+      cmocka_unit_test(test_no_directory),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
