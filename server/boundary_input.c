@@ -1,5 +1,6 @@
 #include "boundary_input.h"
 
+#include <stdlib.h>
 #include <string.h>
 
 static const char *const members[] = {"on", "type", "value", "normal", "coefficient", NULL};
@@ -21,7 +22,7 @@ static bool read_indices(task *t, const item *it, const cloud_input *c, point_gr
 }
 
 /* `on`: a name or a list of points. */
-static bool read_points(task *t, const item *it, const cloud_input *c, point_group *group) {
+static bool read_points(task *t, const item *it, cloud_input *c, point_group *group) {
   const char *name = NULL;
   if (!read_required(t, it)) return false;
   if (it->doc->kind != DOC_TEXT && !item_rank(it)) {
@@ -43,29 +44,32 @@ static bool place_points(task *t, const cloud_input *c, const point_group *group
 
 /* Normals */
 
+static int by_number(const void *a, const void *b) {
+  return *(const int32_t *)a - *(const int32_t *)b;
+}
+
 /* Normals of listed points of a lattice: those of its group `boundary`, if they are all in it. */
-static bool lattice_normals(task *t, const item *it, const cloud_input *c,
-                            const point_group *points, numbers *normals) {
-  int dim = c->cloud.dim;
+static bool lattice_normals(task *t, const item *it, cloud_input *c, const point_group *points,
+                            numbers *normals) {
+  const int dim = c->cloud.dim;
   point_group boundary;
   if (!c->is_lattice || points->name) return true;
   if (!cloud_input_group(t, it, c, sct_side_name(SCT_SIDE_BOUNDARY), &boundary)) return false;
-  int32_t *row = task_take(t, c->cloud.n, sizeof *row);
   double *normal = task_take(t, points->n * dim, sizeof *normal);
-  if (!row || !normal) return false;
-  memset(row, -1, (size_t)c->cloud.n * sizeof *row);
-  for (int64_t k = 0; k < boundary.n; k++) row[boundary.index[k]] = (int32_t)k;
+  if (!normal) return false;
   for (int64_t k = 0; k < points->n; k++) {
-    int32_t from = row[points->index[k]];
-    if (from < 0) return true;
-    for (int a = 0; a < dim; a++) normal[k * dim + a] = boundary.normals.data[from * dim + a];
+    const int32_t *found = bsearch(&points->index[k], boundary.index, (size_t)boundary.n,
+                                   sizeof *boundary.index, by_number);
+    if (!found) return true;
+    const double *from = boundary.normals.data + (found - boundary.index) * dim;
+    memcpy(normal + k * dim, from, (size_t)dim * sizeof *normal);
   }
   *normals = (numbers){points->n, dim, normal};
   return true;
 }
 
-static bool read_entry_normals(task *t, const item *it, const cloud_input *c,
-                               const point_group *points, boundary_entry *entry) {
+static bool read_entry_normals(task *t, const item *it, cloud_input *c, const point_group *points,
+                               boundary_entry *entry) {
   item normal = item_member(it, "normal");
   entry->normals = points->normals;
   if (!read_normals(t, &normal, points->n, c->cloud.dim, &entry->normals)) return false;
@@ -90,7 +94,7 @@ static bool read_coefficient(task *t, const item *it, const sites *on, double ti
   return read_scalar_field(t, &coefficient, on, time, &entry->coefficient);
 }
 
-static bool read_entry(task *t, const item *it, const cloud_input *c, double time,
+static bool read_entry(task *t, const item *it, cloud_input *c, double time,
                        boundary_entry *entry) {
   item type = item_member(it, "type"), on = item_member(it, "on"), value = item_member(it, "value");
   point_group points = {0};
@@ -107,8 +111,7 @@ static bool read_entry(task *t, const item *it, const cloud_input *c, double tim
   return good;
 }
 
-static bool read_entries(task *t, const item *it, const cloud_input *c, double time,
-                         boundary_input *b) {
+static bool read_entries(task *t, const item *it, cloud_input *c, double time, boundary_input *b) {
   bool good = true;
   b->entry = task_zeros(t, it->doc->count, sizeof *b->entry);
   if (!b->entry) return false;
@@ -175,8 +178,7 @@ static bool spread(task *t, const cloud_input *c, boundary_input *b) {
   return true;
 }
 
-bool boundary_input_read(task *t, const item *it, const cloud_input *c, double time,
-                         boundary_input *b) {
+bool boundary_input_read(task *t, const item *it, cloud_input *c, double time, boundary_input *b) {
   *b = (boundary_input){0};
   bool is_empty = !it->doc || (it->doc->kind == DOC_NUMBERS && it->doc->count == 0);
   if (!is_empty && it->doc->kind != DOC_LIST) {

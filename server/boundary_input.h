@@ -32,8 +32,7 @@ typedef struct {
 
 /* Reads the input with its fields at `time`. `c` NULL: there is no cloud; what can be checked
  * without is. An absent input leaves all points interior. False with complaints. */
-bool boundary_input_read(task *t, const item *it, const cloud_input *c, double time,
-                         boundary_input *b);
+bool boundary_input_read(task *t, const item *it, cloud_input *c, double time, boundary_input *b);
 
 /* Brings values and coefficients to another time. False with a complaint. */
 bool boundary_input_advance(task *t, boundary_input *b, double time);

@@ -27,20 +27,21 @@ typedef struct cloud_input {
   double spacing; /* h (length); 0: not said, take the median distance of neighbours */
   bool is_lattice;
   sct_lattice lattice;
-  int64_t groups; /* of posted points; those of a lattice have fixed names */
-  point_group *group;
+  point_group side[SCT_SIDE_COUNT]; /* of a lattice, made when first asked for (name NULL before) */
+  int64_t groups;                   /* of posted points */
+  point_group *group;               /* [groups] */
 } cloud_input;
 
 /* Reads the input. False, with complaints or t->error, if there is no cloud to go on with. */
 bool cloud_input_read(task *t, const item *it, cloud_input *c);
 
 /* The group called `name`. False with a complaint at `at` if there is none. */
-bool cloud_input_group(task *t, const item *at, const cloud_input *c, const char *name,
+bool cloud_input_group(task *t, const item *at, cloud_input *c, const char *name,
                        point_group *group);
 
 /* Which points count in norms when no boundary says it: the group `interior` of a lattice, points
  * in no group else, all if that leaves none. mask [n] by place; NULL when out of memory. */
-uint8_t *cloud_input_interior(task *t, const cloud_input *c);
+uint8_t *cloud_input_interior(task *t, cloud_input *c);
 
 /* Reads an outward normal or one per point: [dim] or [n][dim]. Absent: *normals untouched. */
 bool read_normals(task *t, const item *it, int64_t n, int dim, numbers *normals);

@@ -22,7 +22,7 @@ typedef struct {
   const unsigned char *start, *at, *end;
   int64_t tag;       /* before the item, or TAG_NONE */
   bool fine;         /* set to false by the callback that finds a fault */
-  bool opened;       /* the item has only opened a container */
+  bool opened;       /* the item read is no whole value: a key, a tag, a chunk, a start */
   chunks chunks;     /* kind of the text or byte string whose chunks come */
   grow_bytes joined; /* the chunks so far */
   lift lift;
@@ -53,7 +53,7 @@ static const lift_sink to_tree = {sink_open, sink_close, sink_number, sink_numbe
 
 /* ---- what may stand here ---- */
 
-/* In an object keys and values alternate: with an even number of items left a key is due. */
+/* In an object keys and values alternate: finish_value clears the key its value was read for. */
 static bool is_key_due(stream *s) {
   const lift_frame *f = lift_top(&s->lift);
   return f->kind == DOC_OBJECT && f->key == NULL;
@@ -97,7 +97,7 @@ static void on_negative16(void *s, uint16_t value) {
 static void on_negative32(void *s, uint32_t value) {
   number(s, -1.0 - (double)value);
 }
-/* Stands for -1 - value; the sum is taken before the one rounding. */
+/* Stands for -1 - value: exact in integers, then rounded once. */
 static void on_negative64(void *s, uint64_t value) {
   number(s, value == UINT64_MAX ? -0x1p64 : -(double)(value + 1));
 }

@@ -38,6 +38,7 @@ struct emit {
 char *emit_room(emit *e, size_t n);
 void emit_used(emit *e, const char *end);
 
+/* Appends bytes as they are. */
 void emit_raw(emit *e, const char *bytes, size_t n);
 
 /* Numbers of an array. */

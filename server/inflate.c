@@ -12,7 +12,7 @@
 
 #include "grow.h"
 
-enum { GZIP_WINDOW = 15 + 16, GZIP_LEVEL = 4, GZIP_MEMORY = 8 };
+enum { GZIP_WINDOW = 15 + 16, GZIP_LEVEL = 1, GZIP_MEMORY = 8 };
 enum { ZSTD_LEVEL = 1, ZSTD_WINDOW_LOG = 23 };
 enum { ROOM_LEAST = 1 << 14 };
 

@@ -31,8 +31,7 @@ static void read_fields(task *t, const item *in, const sites *on, double time, s
   read_scalar_field(t, &reaction, on, time, &s->reaction);
 }
 
-static void read_boundary(task *t, const item *in, const cloud_input *c, double time,
-                          solve_input *s) {
+static void read_boundary(task *t, const item *in, cloud_input *c, double time, solve_input *s) {
   item boundary = item_input(in, "boundary");
   if (!boundary_input_read(t, &boundary, c, time, &s->boundary) || !c) return;
   if (s->boundary.constrained < c->cloud.n) return;

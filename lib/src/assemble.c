@@ -47,8 +47,8 @@ static sct_status equation_row(assembly *job, int64_t i, sct_room *room, sct_err
       (moves ? SCT_ROW_GRADIENT : 0) | (job->diffuses ? SCT_ROW_LAPLACIAN | SCT_ROW_SOLVE : 0);
   sct_row row = {.n = 0};
   if (want != 0) {
-    const sct_status status =
-        sct_stencil_row(job->stencil, i, want, moves ? u : NULL, mu[i], room, &row, err);
+    const sct_row_request request = {want, moves ? u : NULL, mu[i], NULL};
+    const sct_status status = sct_stencil_row(job->stencil, i, &request, room, &row, err);
     if (status != SCT_OK) return status;
     job->flags[i] = (uint8_t)row.flags;
   }
@@ -62,31 +62,34 @@ static sct_status equation_row(assembly *job, int64_t i, sct_room *room, sct_err
                            row_sum(row.n, a_ij) + k, row.n, row.index, a_ij, err);
 }
 
-/* c phi_i + sum_j n . g_ij (phi_j - phi_i) */
-static sct_status condition_row(assembly *job, int64_t i, sct_room *room, sct_error *err) {
-  const sct_boundary *boundary = job->boundary;
-  const int dim = dim_of(job);
-  const double *normal = boundary->normal + i * dim;
+static sct_status unit_normal(const double *normal, int dim, int64_t i, double *unit,
+                              sct_error *err) {
   double length2 = 0;
-  sct_row row;
   for (int a = 0; a < dim; a++) length2 += normal[a] * normal[a];
   if (!(length2 > 0 && isfinite(length2))) {
     return sct_fail(err, SCT_E_ARGUMENT, i,
                     "has a condition on its normal derivative and no normal");
   }
-  const sct_status status =
-      sct_stencil_row(job->stencil, i, SCT_ROW_GRADIENT, NULL, 0, room, &row, err);
+  for (int a = 0; a < dim; a++) unit[a] = normal[a] / sqrt(length2);
+  return SCT_OK;
+}
+
+/* c phi_i + sum_j n . g_ij (phi_j - phi_i) */
+static sct_status condition_row(assembly *job, int64_t i, sct_room *room, sct_error *err) {
+  const sct_boundary *boundary = job->boundary;
+  const int dim = dim_of(job);
+  double normal[SCT_DIM_MAX];
+  sct_row row;
+  sct_status status = unit_normal(boundary->normal + i * dim, dim, i, normal, err);
+  if (status != SCT_OK) return status;
+  const sct_row_request request = {.want = SCT_ROW_NORMAL, .normal = normal};
+  status = sct_stencil_row(job->stencil, i, &request, room, &row, err);
   if (status != SCT_OK) return status;
   job->flags[i] = (uint8_t)row.flags;
-  double *weight = room->laplacian;
-  memset(weight, 0, (size_t)row.n * sizeof *weight);
-  for (int a = 0; a < dim; a++) {
-    accumulate(row.n, -normal[a] / sqrt(length2), row.gradient + a * row.n, weight);
-  }
-  const bool robin = boundary->condition[i] == SCT_ROBIN;
-  const double c = robin ? boundary->coefficient[i] : 0;
+  for (int64_t k = 0; k < row.n; k++) row.normal[k] = -row.normal[k];
+  const double c = boundary->condition[i] == SCT_ROBIN ? boundary->coefficient[i] : 0;
   return row_buffer_append(&job->buffers[(i - job->chunk_first) / SCT_POINTS_BLOCK], i,
-                           row_sum(row.n, weight) + c, row.n, row.index, weight, err);
+                           row_sum(row.n, row.normal) + c, row.n, row.index, row.normal, err);
 }
 
 static sct_status assemble_point(void *context, int64_t i, sct_room *room, sct_error *err) {

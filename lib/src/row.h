@@ -42,15 +42,16 @@ typedef struct {
   const sct_operator *op;
   int dim, degree;
   sct_weight weight; /* of a fit */
-  double tolerated;  /* largest sum |l| / sum l of a Laplacian to solve with */
-  double excess;     /* out: that of the fit just made, infinity if sum l <= 0 */
+  double tolerated;  /* largest excess of weights to solve with; 0: the usual one */
+  double excess;     /* out: sum |c| / |sum c| of the fit just made; 0 if within the usual bound,
+                        infinity if the sum has the wrong sign */
   int64_t n;
   double spacing, support; /* h, r_e */
   double sum_w;            /* S_w, local or reference */
   double sum_w_r2;         /* lambda S_w, local or reference */
-  const double *velocity;  /* [dim] or NULL: gradient is central */
-  double diffusivity;
-  int want; /* SCT_ROW_* */
+  const sct_row_request *request;
+  int want;               /* request->want */
+  const double *velocity; /* [dim] or NULL: gradient is central */
   sct_room *room;
 } row_job;
 
@@ -58,9 +59,12 @@ typedef struct {
 typedef row_verdict row_maker(row_job *job);
 row_maker row_mps, row_ps, row_ips, row_ipsn, row_lsmps;
 
-/* Gradient of first degree, (23) of lib/README.md: g = M^-1 W r_j / r^2, upwinded if the job says
- * so. Used by every scheme with a matrix. */
+/* Gradient of first degree: g = M^-1 W r_j / r^2, upwinded if the job says so. Used by every scheme
+ * with a matrix. */
 row_verdict row_gradient_linear(row_job *job);
+
+/* Normal derivative of first degree into room->laplacian: c = n . M^-1 w r_j / r^2. */
+row_verdict row_normal_linear(row_job *job);
 
 /* Kernel of the gradient by the job's upwinding, as weight[k] = W_k / r_k^2. */
 void row_upwind_weight(const row_job *job, double *weight);

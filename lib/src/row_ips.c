@@ -95,6 +95,18 @@ row_verdict row_gradient_linear(row_job *job) {
   return ROW_ACCEPTED;
 }
 
+row_verdict row_normal_linear(row_job *job) {
+  double m[SCT_DIM_MAX][SCT_DIM_MAX], inverse[SCT_DIM_MAX][SCT_DIM_MAX], c[SCT_DIM_MAX] = {0};
+  if (job->n < job->dim) return ROW_TOO_FEW;
+  row_moments(job, job->room->f, m);
+  if (!row_invert(job->dim, m, inverse)) return ROW_FLAT;
+  for (int a = 0; a < job->dim; a++) {
+    for (int b = 0; b < job->dim; b++) c[a] += inverse[a][b] * job->request->normal[b];
+  }
+  weighted_direction(job, job->room->f, c, job->room->laplacian);
+  return ROW_ACCEPTED;
+}
+
 /* l = (2 d / S_w) f_k (1 - o . M^-1 r_k)                               [H16] eq. 20 */
 static row_verdict ips_laplacian(const row_job *job, double inverse[SCT_DIM_MAX][SCT_DIM_MAX]) {
   sct_room *room = job->room;
@@ -113,6 +125,7 @@ static row_verdict ips_laplacian(const row_job *job, double inverse[SCT_DIM_MAX]
 
 row_verdict row_ips(row_job *job) {
   double m[SCT_DIM_MAX][SCT_DIM_MAX], inverse[SCT_DIM_MAX][SCT_DIM_MAX];
+  if (job->want & SCT_ROW_NORMAL) return row_normal_linear(job);
   if (job->n < job->dim + ((job->want & SCT_ROW_LAPLACIAN) != 0)) return ROW_TOO_FEW;
   if ((job->want & SCT_ROW_GRADIENT) && job->velocity != NULL) {
     const row_verdict verdict = row_gradient_linear(job);

@@ -16,13 +16,28 @@ typedef struct {
   int pivot[SCT_UNKNOWNS_MAX];                  /* column t of Q R is monomial pivot[t] */
   double r[SCT_UNKNOWNS_MAX][SCT_UNKNOWNS_MAX]; /* R by rows */
   double scale;                                 /* largest column norm */
+  double ill;                                   /* largest condition number accepted */
 } fit;
 
 /* Largest condition number accepted, by degree. Inside a cloud it is 2 to 5, 6 to 18, 10 to 90; on
  * the boundary, where a fit is one-sided, twice to ten times that, and wider supports bring it
- * down: normal derivatives of fits beyond these bounds spoil the order of a solution
- * (verify.assemble, mixed boundaries in 3-D). */
+ * down. What is solved with is judged by its weights and only kept from rounding here. */
 static const double ILL[] = {[2] = 12, [3] = 50, [4] = 300};
+static const double ILL_TO_SOLVE = 10; /* times that */
+
+/* Largest sum |l| / sum l accepted to solve with: an M-matrix has 1. */
+static const double UNSTABLE = 1.5;
+
+/* Largest sum |c| / |sum c| accepted of a normal derivative, by degree, in 2-D; three tenths more
+ * or less by dimension. In 1-D the one-sided differences (-3, 4, -1)/2, (-11, 18, -9, 2)/6,
+ * (-25, 48, -36, 16, -3)/12 have 1.7, 2.6, 4.1; the sides of a lattice 2.9, 4.5, 7.1 in 2-D and
+ * 3.6, 6.0, 9.4 in 3-D on the narrowest support that has enough layers. A fit beyond carries the
+ * disorder of the cloud into the solution (verify.assemble, mixed boundaries). */
+static const double STEEP[] = {[2] = 3.0, [3] = 4.6, [4] = 7.3};
+
+static double steep(const row_job *job) {
+  return STEEP[job->degree] * (0.4 + 0.3 * job->dim);
+}
 
 int row_unknowns(int dim, int degree) {
   int count = 1; /* (dim + degree)! / (dim! degree!) - 1 */
@@ -130,7 +145,7 @@ SCT_VECTOR static bool factor(const row_job *job, fit *f) {
     const int best = largest(norm2, s, f->unknowns);
     const double norm = sqrt(norm2[best]);
     if (s == 0) f->scale = norm;
-    if (!(norm * ILL[job->degree] > f->scale)) return false;
+    if (!(norm * f->ill > f->scale)) return false;
     swap_columns(job, f, norm2, s, best);
     double *q = column(job, s);
     f->r[s][s] = norm;
@@ -168,33 +183,48 @@ static void fit_gradient(const row_job *job, const fit *f) {
   }
 }
 
-/* The trace of the second derivatives: 2 a_xx / r_e^2 + ... */
-static row_verdict fit_laplacian(row_job *job, const fit *f) {
-  double e[SCT_UNKNOWNS_MAX] = {0}, sum = 0, size = 0;
-  double *l = job->room->laplacian;
-  for (int a = 0; a < job->dim; a++) {
-    e[square_of(job->dim, a)] = 2 / (job->support * job->support);
-  }
-  functional(job, f, e, l);
-  if (!(job->want & SCT_ROW_SOLVE)) return ROW_ACCEPTED;
+/* Are weights c whose sum should have the given sign good to solve with? */
+static row_verdict judge(row_job *job, const double *c, double sign, double usual) {
+  double sum = 0, size = 0;
   for (int64_t k = 0; k < job->n; k++) {
-    sum += l[k];
-    size += fabs(l[k]);
+    sum += c[k];
+    size += fabs(c[k]);
   }
-  job->excess = sum > 0 ? size / sum : INFINITY;
+  const double excess = sum * sign > 0 ? size / fabs(sum) : INFINITY;
+  job->excess = excess <= usual ? 0 : excess;
   return job->excess <= job->tolerated ? ROW_ACCEPTED : ROW_UNSTABLE;
 }
 
+/* The trace of the second derivatives: 2 a_xx / r_e^2 + ... */
+static row_verdict fit_laplacian(row_job *job, const fit *f) {
+  double e[SCT_UNKNOWNS_MAX] = {0};
+  for (int a = 0; a < job->dim; a++) {
+    e[square_of(job->dim, a)] = 2 / (job->support * job->support);
+  }
+  functional(job, f, e, job->room->laplacian);
+  return job->want & SCT_ROW_SOLVE ? judge(job, job->room->laplacian, 1, UNSTABLE) : ROW_ACCEPTED;
+}
+
+/* n . grad: outward, so the weights of the neighbours, which lie inwards, sum to less than 0. */
+static row_verdict fit_normal(row_job *job, const fit *f) {
+  double e[SCT_UNKNOWNS_MAX] = {0};
+  for (int a = 0; a < job->dim; a++) e[a] = job->request->normal[a] / job->support;
+  functional(job, f, e, job->room->laplacian);
+  return judge(job, job->room->laplacian, -1, steep(job));
+}
+
 row_verdict row_lsmps(row_job *job) {
-  fit f;
-  f.unknowns = row_unknowns(job->dim, job->degree);
-  if (job->n <= f.unknowns) return ROW_TOO_FEW;
+  const bool to_solve = (job->want & (SCT_ROW_SOLVE | SCT_ROW_NORMAL)) != 0;
   const bool upwind = job->velocity != NULL && (job->want & SCT_ROW_GRADIENT);
+  fit f = {.unknowns = row_unknowns(job->dim, job->degree),
+           .ill = ILL[job->degree] * (to_solve ? ILL_TO_SOLVE : 1)};
   row_verdict verdict = ROW_ACCEPTED;
+  if (job->n <= f.unknowns) return ROW_TOO_FEW;
   if (!upwind || (job->want & SCT_ROW_LAPLACIAN)) {
     root_weight(job);
     monomials(job);
     if (!factor(job, &f)) return ROW_ILL;
+    if (job->want & SCT_ROW_NORMAL) verdict = fit_normal(job, &f);
     if (job->want & SCT_ROW_LAPLACIAN) verdict = fit_laplacian(job, &f);
     if (!upwind && (job->want & SCT_ROW_GRADIENT)) fit_gradient(job, &f);
   }

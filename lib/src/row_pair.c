@@ -52,6 +52,7 @@ static void scaled_copy(int64_t n, double factor, const double *from, double *to
 }
 
 static row_verdict pair_row(row_job *job, double factor, const double *weight) {
+  if (job->want & SCT_ROW_NORMAL) return row_normal_linear(job);
   if (job->n < job->dim + ((job->want & SCT_ROW_LAPLACIAN) != 0)) return ROW_TOO_FEW;
   if (!spans(job)) return ROW_FLAT;
   if (job->want & SCT_ROW_GRADIENT) pair_gradient(job);

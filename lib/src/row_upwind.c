@@ -25,8 +25,8 @@ static double speed_of(const row_job *job) {
 /* gamma = |u| h / (2 mu); without diffusion the limit beta = 1. */
 static double beta_of(const row_job *job, double speed) {
   const double s = job->op->upwind == SCT_UPWIND_PUBLISHED ? job->op->gamma_scale : 1;
-  if (job->diffusivity <= 0) return 1;
-  return sct_upwind_beta(s * speed * job->spacing / (2 * job->diffusivity));
+  if (job->request->diffusivity <= 0) return 1;
+  return sct_upwind_beta(s * speed * job->spacing / (2 * job->request->diffusivity));
 }
 
 /* c = (u . r_j) / (|u| r) into `c` */

@@ -18,9 +18,9 @@ static const double TIE = 1e-10;
 static const double WIDER[] = {2.0, 2.5, 3.1, 3.6, 4.1, 5.1, 6.5, 8.2, 11, 16, 23, 32};
 enum { WIDER_COUNT = sizeof WIDER / sizeof WIDER[0] };
 
-/* sum |l| / sum l of a row to solve with: 1 for an M-matrix. STABLE is asked of every support
- * first; if none has it, the least of them is taken up to LOOSE. */
-static const double STABLE = 1.5, LOOSE = 10;
+/* If no support gives weights as stable as the scheme asks, the least unstable of them are taken up
+ * to this excess. */
+static const double LOOSE = 15;
 
 /* ---- names ---- */
 
@@ -335,15 +335,14 @@ static sct_status make_row(const sct_stencil *s, int64_t i, const attempt *by, d
   }
   job->degree = by->degree > 0 ? by->degree : s->op.degree;
   job->weight = by->plain ? SCT_WEIGHT_KERNEL : s->op.weight;
-  job->excess = INFINITY;
+  job->excess = 0;
   *verdict = by->make(job);
   row->n = job->n;
   row->gradient = job->room->gradient;
-  row->laplacian = job->room->laplacian;
+  row->laplacian = row->normal = job->room->laplacian;
   row->support = support;
   row->flags = (support > s->op.radius * s->spacing ? SCT_ROW_WIDENED : 0) |
-               (by->is_fallback ? SCT_ROW_FALLBACK : 0) |
-               (job->excess > STABLE && isfinite(job->excess) ? SCT_ROW_LOOSE : 0);
+               (by->is_fallback ? SCT_ROW_FALLBACK : 0) | (job->excess > 0 ? SCT_ROW_LOOSE : 0);
   return SCT_OK;
 }
 
@@ -369,15 +368,14 @@ static sct_status settle(const sct_stencil *s, int64_t i, const candidate *best,
   return make_row(s, i, best->by, best->support, job, row, verdict, err);
 }
 
-sct_status sct_stencil_row(const sct_stencil *s, int64_t i, int want, const double *velocity,
-                           double diffusivity, sct_room *room, sct_row *row, sct_error *err) {
+sct_status sct_stencil_row(const sct_stencil *s, int64_t i, const sct_row_request *request,
+                           sct_room *room, sct_row *row, sct_error *err) {
   row_job job = {.op = &s->op,
                  .dim = s->cloud.dim,
                  .spacing = s->spacing,
-                 .velocity = s->op.upwind == SCT_UPWIND_NONE ? NULL : velocity,
-                 .diffusivity = diffusivity,
-                 .tolerated = STABLE,
-                 .want = want,
+                 .request = request,
+                 .want = request->want,
+                 .velocity = s->op.upwind == SCT_UPWIND_NONE ? NULL : request->velocity,
                  .room = room};
   candidate best = {.excess = LOOSE};
   row_verdict verdict = ROW_TOO_FEW;
@@ -421,10 +419,11 @@ static sct_status apply_point(void *context, int64_t i, sct_room *room, sct_erro
   const int dim = to->stencil->cloud.dim;
   const int want = (to->gradient != NULL ? SCT_ROW_GRADIENT : 0) |
                    (to->laplacian != NULL ? SCT_ROW_LAPLACIAN : 0);
+  const sct_row_request request = {.want = want};
   sct_row row;
   if (to->smoothed != NULL) smooth_point(to, i, room);
   if (want == 0) return SCT_OK;
-  const sct_status status = sct_stencil_row(to->stencil, i, want, NULL, 0, room, &row, err);
+  const sct_status status = sct_stencil_row(to->stencil, i, &request, room, &row, err);
   if (status != SCT_OK) return status;
   for (int a = 0; to->gradient != NULL && a < dim; a++) {
     to->gradient[i * dim + a] = weighted_difference(&row, row.gradient + a * row.n, to->field, i);

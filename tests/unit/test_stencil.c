@@ -61,7 +61,8 @@ static void bad_operators_are_refused(void **state) {
 static sct_status row_of(const fixture *f, int64_t i, int want, sct_row *row, sct_error *err) {
   sct_room *room = NULL;
   expect_ok(sct_room_new(f->stencil, &room, err), err);
-  const sct_status status = sct_stencil_row(f->stencil, i, want, NULL, 0, room, row, err);
+  const sct_status status =
+      sct_stencil_row(f->stencil, i, &(const sct_row_request){.want = want}, room, row, err);
   sct_room_free(&room);
   return status;
 }
@@ -102,9 +103,10 @@ static void an_isolated_point_is_named(void **state) {
   assert_int_equal(sct_stencil_apply(f.stencil, field, NULL, NULL, NULL, lap, &err),
                    SCT_E_DEFICIENT);
   assert_int_equal(err.count, 1);
-  assert_string_equal(sct_error_message(&err, message, sizeof message),
-                      "point 36 has 0 neighbours within 32.00 spacings, which are too few for lsmps "
-                      "in 2-D, needs 6");
+  assert_string_equal(
+      sct_error_message(&err, message, sizeof message),
+      "point 36 has 0 neighbours within 32.00 spacings, which are too few for lsmps "
+      "in 2-D, needs 6");
   fixture_clear(&f);
 }
 
@@ -129,8 +131,9 @@ static void a_thin_neighbourhood_is_widened(void **state) {
   sct_row row;
   sct_error err;
   expect_ok(sct_room_new(f.stencil, &room, &err), &err);
-  expect_ok(sct_stencil_row(f.stencil, middle, SCT_ROW_LAPLACIAN | SCT_ROW_SOLVE, NULL, 0, room,
-                            &row, &err),
+  expect_ok(sct_stencil_row(f.stencil, middle,
+                            &(const sct_row_request){.want = SCT_ROW_LAPLACIAN | SCT_ROW_SOLVE},
+                            room, &row, &err),
             &err);
   assert_int_equal(row.flags, SCT_ROW_WIDENED);
   assert_true(row.support > 2.6 && row.n >= 6);
@@ -158,9 +161,10 @@ static void rows_to_solve_with_are_stable(void **state) {
   expect_ok(sct_room_new(f.stencil, &room, &err), &err);
   for (int64_t i = 0; i < f.cloud.n; i++) {
     if (!f.inside[i]) continue;
-    expect_ok(
-        sct_stencil_row(f.stencil, i, SCT_ROW_LAPLACIAN | SCT_ROW_SOLVE, NULL, 0, room, &row, &err),
-        &err);
+    expect_ok(sct_stencil_row(f.stencil, i,
+                              &(const sct_row_request){.want = SCT_ROW_LAPLACIAN | SCT_ROW_SOLVE},
+                              room, &row, &err),
+              &err);
     double sum = 0, size = 0;
     for (int64_t k = 0; k < row.n; k++) {
       sum += row.laplacian[k];
@@ -220,7 +224,9 @@ static void the_upwind_gradient_leans_upstream(void **state) {
   sct_row row;
   sct_error err;
   expect_ok(sct_room_new(f.stencil, &room, &err), &err);
-  expect_ok(sct_stencil_row(f.stencil, 5, SCT_ROW_GRADIENT, &u, mu, room, &row, &err), &err);
+  expect_ok(sct_stencil_row(f.stencil, 5, &(sct_row_request){SCT_ROW_GRADIENT, &u, mu, NULL}, room,
+                            &row, &err),
+            &err);
   assert_int_equal(row.n, 2);
   for (int64_t k = 0; k < 2; k++) {
     const double c = row.index[k] > 5 ? 1 : -1;

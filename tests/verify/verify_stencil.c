@@ -163,8 +163,9 @@ static void three_points_by_hand(void **state) {
   sct_row row;
   sct_error err;
   expect_ok(sct_room_new(f.stencil, &room, &err), &err);
-  expect_ok(sct_stencil_row(f.stencil, 1, SCT_ROW_LAPLACIAN | SCT_ROW_GRADIENT, NULL, 0, room, &row,
-                            &err),
+  expect_ok(sct_stencil_row(f.stencil, 1,
+                            &(const sct_row_request){.want = SCT_ROW_LAPLACIAN | SCT_ROW_GRADIENT},
+                            room, &row, &err),
             &err);
   /* w = 2/r - 1: w1 = 1, w2 = 1/3; S = 4/3; o = -1 + (1/3)/1.5; M = S in one dimension */
   const double w[2] = {1, 1.0 / 3}, r[2] = {-1, 1.5}, S = 4.0 / 3;

@@ -84,7 +84,7 @@ def main(client, plot, checks):
     checks.below("l2 error of the potential", flow.norms.l2, 1.5e-3)
     checks.below("linf error of the potential, rim included", flow.norms.linf_all, 1e-2)
     checks.below("l2 error of the velocity", slope.norms.gradient.l2, 6e-3)
-    checks.below("top speed away from 2", abs(speed.max() - 2), 2e-2)
+    checks.below("top speed away from 2", abs(speed.max() - 2), 4e-2)
     if plot:
         scatterd.plot(flow, speed, file=plot, label="speed", title="A stream around a hole")
 

@@ -110,15 +110,22 @@ const sct_cloud *sct_stencil_cloud(const sct_stencil *stencil);
 const sct_operator *sct_stencil_operator(const sct_stencil *stencil);
 double sct_stencil_spacing(const sct_stencil *stencil);
 
-/* What to compute of a row. SCT_ROW_SOLVE asks for a Laplacian fit to be solved with: it is
- * accepted by the stricter test below. */
-enum { SCT_ROW_GRADIENT = 1, SCT_ROW_LAPLACIAN = 2, SCT_ROW_SOLVE = 4 };
+/* What to compute of a row. SCT_ROW_SOLVE says that the Laplacian is to be solved with, which is
+ * asked more of than one to be evaluated; a normal derivative always is. */
+enum { SCT_ROW_GRADIENT = 1, SCT_ROW_LAPLACIAN = 2, SCT_ROW_SOLVE = 4, SCT_ROW_NORMAL = 8 };
+
+typedef struct {
+  int want;               /* SCT_ROW_*, SCT_ROW_NORMAL not with SCT_ROW_LAPLACIAN */
+  const double *velocity; /* [dim] u of an upwinded gradient; NULL: central */
+  double diffusivity;     /* mu of an upwinded gradient */
+  const double *normal;   /* [dim] outward unit normal of SCT_ROW_NORMAL */
+} sct_row_request;
 
 /* What became of a row. */
 enum {
   SCT_ROW_WIDENED = 1,  /* a support wider than asked for */
   SCT_ROW_FALLBACK = 2, /* not the scheme or degree asked for */
-  SCT_ROW_LOOSE = 4     /* an lsmps row with 1.5 < sum |l| / sum l <= 10 */
+  SCT_ROW_LOOSE = 4     /* an lsmps row to solve with that is less stable than asked for */
 };
 
 /* One row. Memory belongs to the room it was made in, until the next row. */
@@ -127,6 +134,7 @@ typedef struct {
   const int32_t *index; /* [n] */
   double *gradient;     /* [dim][n] g_ij by component, if asked for (1 / length) */
   double *laplacian;    /* [n] l_ij, if asked for (1 / length^2) */
+  double *normal;       /* [n] normal . g_ij, if asked for (1 / length); in laplacian's memory */
   double support;       /* r_e used (length) */
   int flags;
 } sct_row;
@@ -136,21 +144,22 @@ typedef struct sct_room sct_room;
 SCT_NODISCARD sct_status sct_room_new(const sct_stencil *stencil, sct_room **room, sct_error *err);
 void sct_room_free(sct_room **room);
 
-/* The row of point i. `velocity` [dim] and `diffusivity` at i shape the gradient's kernel if the
- * operator upwinds; NULL: central.
+/* The row of point i. A normal derivative is that of the linear gradient (eq. 19 of [H16]) for
+ * every scheme but lsmps.
  *
  * A neighbourhood is accepted if it has at least dim neighbours (dim + 1 for a Laplacian) that
- * span the space (M's smallest pivot above 1e-4 of its trace), and for an lsmps fit at least
- * one more than unknowns with the fit's condition number at most 12 (degree 3: 50, 4: 300);
- * with SCT_ROW_SOLVE also sum |l| / sum l <= 1.5. If not, the support is widened to 2.0, 2.5, 3.1,
- * 3.6, 4.1, 5.1, 6.5, 8.2, 11, 16, 23, 32 h (those beyond its own, up to the limit of
- * neighbours); then a fit is tried with weight w on the same supports, and of all the fits so far
- * the one with the least sum |l| / sum l is taken if that is at most 10: it is still exact for its
- * degree. If there is none, a fit of degree 2 and last an ips row stand in for lsmps; else
- * SCT_E_DEFICIENT.
+ * span the space (M's smallest pivot above 1e-4 of its trace), and for an lsmps fit at least one
+ * more than unknowns with the fit's condition number at most 12 (degree 3: 50, 4: 300; ten times
+ * that for what is solved with). To be solved with, sum |l| / sum l has to be at most 1.5, and
+ * sum |c| / |sum c| of a normal derivative c at most 3 in 2-D (degree 3: 4.6, 4: 7.3; three tenths
+ * less in 1-D and more in 3-D) with a negative sum. If not, the support is widened to 2.0, 2.5, 3.1,
+ * 3.6, 4.1, 5.1, 6.5, 8.2, 11, 16, 23, 32 h (those beyond its own, up to the limit of neighbours);
+ * then a fit is tried with weight w on the same supports, and of all the fits so far the one with
+ * the least such quotient is taken if that is at most 15: it is still exact for its degree. If there
+ * is none, a fit of degree 2 and last an ips row stand in for lsmps; else SCT_E_DEFICIENT.
  * Proof: verify.stencil (exactness), unit.stencil (degenerate neighbourhoods) */
-SCT_NODISCARD sct_status sct_stencil_row(const sct_stencil *stencil, int64_t i, int want,
-                                         const double *velocity, double diffusivity, sct_room *room,
+SCT_NODISCARD sct_status sct_stencil_row(const sct_stencil *stencil, int64_t i,
+                                         const sct_row_request *request, sct_room *room,
                                          sct_row *row, sct_error *err);
 
 /* Applies the operators to a field: smoothed [n] = sum w phi_j / sum w ([H11] eq. 2), gradient
