@@ -130,12 +130,6 @@ static sct_status plan(marcher *m, sct_error *err) {
 
 /* -- one step ------------------------------------------------------------------------------ */
 
-/* b = load - coupling phi */
-static void right_hand_side(const sct_system *system, const double *phi, double *b) {
-  memcpy(b, system->load, (size_t)system->unknowns * sizeof *b);
-  sct_csr_multiply_add(system->coupling, -1, phi, b);
-}
-
 static sct_status check_stable(marcher *m, sct_error *err) {
   int64_t point;
   if (!is_explicit(m)) return SCT_OK;
@@ -174,7 +168,7 @@ static sct_status advance(marcher *m, double t, sct_error *err) {
 static void old_part(marcher *m, sct_march_weights w, double dt) {
   const sct_system *system = *m->system;
   if (w.explicit != 0) {
-    right_hand_side(system, m->phi, m->load);
+    sct_system_rhs(system, m->phi, m->load);
     sct_csr_multiply_add(system->matrix, -1, m->y, m->load);
   }
   for (int64_t i = 0; i < system->unknowns; i++) {
@@ -187,7 +181,7 @@ static void old_part(marcher *m, sct_march_weights w, double dt) {
 /* What the new time gives: rhs = rhs + implicit dt b'; condition rows b'. */
 static void new_part(marcher *m, sct_march_weights w, double dt) {
   const sct_system *system = *m->system;
-  right_hand_side(system, m->phi, m->load);
+  sct_system_rhs(system, m->phi, m->load);
   for (int64_t i = 0; i < system->unknowns; i++) {
     m->rhs[i] = system->is_equation[i] ? m->rhs[i] + w.implicit * dt * m->load[i] : m->load[i];
   }
@@ -210,6 +204,13 @@ static void gather(const marcher *m) {
   for (int64_t i = 0; i < system->unknowns; i++) m->y[i] = m->phi[system->point_of[i]];
 }
 
+/* What to do about phi that grows: implicit schemes damp whatever the operator damps. */
+static const char *advice(const marcher *m) {
+  return is_explicit(m)
+             ? "the step is not stable: take a smaller one, upwinding or an implicit scheme"
+             : "the operator feeds it: take upwinding, a smoother cloud or another scheme";
+}
+
 static sct_status step(marcher *m, double t, double dt, sct_error *err) {
   const sct_march_weights w = sct_march_weigh(m->options->method, m->last == 0 ? 0 : dt / m->last);
   old_part(m, w, dt);
@@ -228,7 +229,7 @@ static sct_status step(marcher *m, double t, double dt, sct_error *err) {
   m->last = dt;
   m->report->steps++;
   m->report->step = fmax(m->report->step, dt);
-  return sct_march_growth_check(&m->growth, *m->system, m->phi, t, dt, err);
+  return sct_march_growth_check(&m->growth, *m->system, m->phi, t, dt, advice(m), err);
 }
 
 /* -- from stop to stop --------------------------------------------------------------------- */
