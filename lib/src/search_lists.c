@@ -40,8 +40,7 @@ static double radius_of(const listing *l, int64_t place) {
   return radius * l->search->scale;
 }
 
-/* -- finding ------------------------------------------------------------------------------------
- */
+/* -- finding ----------------------------------------------------------------------------------- */
 
 static bool make_room(part *mine) {
   int64_t needed = mine->n + SCT_SCAN_MOST + SCT_SCAN_PAD;
@@ -128,8 +127,7 @@ static bool list_slice(void *context, int64_t first, int64_t last, int t) {
   return true;
 }
 
-/* -- packing ------------------------------------------------------------------------------------
- */
+/* -- packing ----------------------------------------------------------------------------------- */
 
 static bool copy_slice(void *context, int64_t first, int64_t last, int t) {
   const listing *l = context;
@@ -163,8 +161,7 @@ static sct_status list_all(listing *l, const sct_work *work, sct_error *err) {
   return sct_in_pieces(lists->n, work, "neighbour lists", copy_slice, l, &complete, err);
 }
 
-/* -- lists --------------------------------------------------------------------------------------
- */
+/* -- lists ------------------------------------------------------------------------------------- */
 
 static sct_status check_radii(const sct_search *search, double radius, const double *radii,
                               sct_error *err) {

@@ -19,8 +19,7 @@ void sct_scan_close(sct_scan *scan) {
   }
 }
 
-/* -- any machine --------------------------------------------------------------------------------
- */
+/* -- any machine ------------------------------------------------------------------------------- */
 
 static inline double square_of(int dim, const sct_scan *scan, const double *x, int64_t j) {
   double dx = scan->x[0][j] - x[0];
@@ -54,8 +53,7 @@ static inline double closest_plain(int dim, const sct_scan *scan, const double *
   return fmin(fmin(best[0], best[1]), fmin(best[2], best[3]));
 }
 
-/* -- x86-64 with AVX2 ---------------------------------------------------------------------------
- */
+/* -- x86-64 with AVX2 -------------------------------------------------------------------------- */
 
 #if WIDE
 /* The same four points at a time, with AVX2: the same operations in the same order, and no fused
@@ -157,8 +155,7 @@ static double closest_best(const sct_scan *scan, const double *x, int32_t self) 
 }
 #endif
 
-/* -- choice -------------------------------------------------------------------------------------
- */
+/* -- choice ------------------------------------------------------------------------------------ */
 
 void sct_scan_init(sct_scan *scan, int dim) {
   scan->dim = dim;

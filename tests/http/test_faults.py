@@ -165,10 +165,13 @@ class Faults(daemon.Case):
         self.assertEqual(sorted(daemon.descriptors(worker)), [0, 1, 2, 3])
 
 
-LATTICE = {"inputs": {"cloud": {"lattice": {"lower": [0] * 3, "upper": [1] * 3,
-                                            "cells": [40] * 3}},
-                      "diffusivity": 1, "source": 1,
-                      "boundary": [{"on": "boundary", "type": "dirichlet", "value": 0}]}}
+def solve(cells):
+    """A request to solve Poisson's equation on a lattice."""
+    return json.dumps({"inputs": {
+        "cloud": {"lattice": {"lower": [0] * len(cells), "upper": [1] * len(cells),
+                              "cells": cells}},
+        "diffusivity": 1, "source": 1,
+        "boundary": [{"on": "boundary", "type": "dirichlet", "value": 0}]}})
 
 
 class SlowSolve(daemon.Case):
@@ -177,8 +180,9 @@ class SlowSolve(daemon.Case):
     options = ["--workers", "1", "--seconds", "0.3"]
 
     def test_time_limit(self):
-        problem = self.assert_problem(self.execute(json.dumps(LATTICE)), 504, "0.3 s", "in phase")
-        self.assertRegex(problem["detail"], "in phase (search|stencil|assemble|factor|solve) ")
+        problem = self.assert_problem(self.execute(solve([40, 40, 40])), 504,
+                                      "0.3 s", "in phase")
+        self.assertRegex(problem["detail"], "in phase [a-z ]+ after")
         small = {"inputs": {"message": "alive"}}
         reply = self.execute(json.dumps(small), "/processes/echo/execution")
         self.assertEqual(reply.json["message"], "alive")
@@ -187,11 +191,11 @@ class SlowSolve(daemon.Case):
 @unittest.skipIf(is_sanitized(), "the sanitizer needs all address space for itself")
 class LargeSolve(daemon.Case):
     stub = False
-    options = ["--workers", "1", "--memory-bytes", "300MiB"]
+    options = ["--workers", "1", "--memory-bytes", "256MiB"]
 
     def test_memory_limit(self):
-        self.assert_problem(self.execute(json.dumps(LATTICE)), 422, str(300 << 20))
-        self.daemon.wait_for_log(r"status=422 .* points=68921")
+        self.assert_problem(self.execute(solve([1900000])), 422, str(256 << 20))
+        self.daemon.wait_for_log(r"status=422 .* points=1900001")
 
 
 class Hog(daemon.Case):

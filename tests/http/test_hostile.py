@@ -136,5 +136,20 @@ class Many(daemon.Case):
         self.assertEqual(self.execute("alive").body, b"alive")
 
 
+class PerAddress(daemon.Case):
+    options = ["--connections-per-address", "5"]
+
+    def test_one_address_gets_no_more(self):
+        held = [self.daemon.raw() for _ in range(5)]
+        for plain in held:  # all five serve
+            plain.sendall(GET + b"\r\n")
+            self.assertTrue(plain.recv(1000).startswith(b"HTTP/1.1 200 "))
+        with self.daemon.raw() as sixth:
+            self.assertEqual(daemon.read_all(sixth), b"")
+        for plain in held:
+            plain.close()
+        daemon.wait_until(lambda: b"200 OK" in self.exchange(LAST), "room again")
+
+
 if __name__ == "__main__":
     unittest.main()

@@ -10,7 +10,7 @@
 
 #include <cmocka.h>
 
-#include "../clouds.h"
+#include "clouds.h"
 #include "scatter/search.h"
 
 static const sct_search_method methods[] = {SCT_SEARCH_GRID, SCT_SEARCH_TREE, SCT_SEARCH_AUTO};
