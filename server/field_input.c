@@ -32,9 +32,10 @@ static bool component_is_finite(task *t, const field *f, int a) {
   }
   if (first < 0) return true;
   name_site(&f->on, first, where, sizeof where);
-  problem_add(&t->complaints, f->pointer[a],
-              "is %g at %s and at %lld other points, needs a finite number",
-              f->value[first * f->components + a], where, (long long)others);
+  char more[64] = "";
+  if (others > 0) snprintf(more, sizeof more, " and not finite at %lld more", (long long)others);
+  problem_add(&t->complaints, f->pointer[a], "is %g at %s%s, needs a finite number",
+              f->value[first * f->components + a], where, more);
   return false;
 }
 
