@@ -210,10 +210,11 @@ class Hog(daemon.Case):
 
 
 class Queue(daemon.Case):
-    options = ["--workers", "2", "--queue", "3", "--recycle", "5"]
+    options = ["--workers", "2", "--queue", "3"]
 
     def test_more_than_workers_and_queue_hold(self):
-        running = Background(self, *["sleep 2"] * 9)
+        daemon.wait_until(lambda: self.get("/readyz").json["workers"] == 2, "both workers")
+        running = Background(self, *["sleep 4"] * 9)
         replies = running.wait()
         self.assertEqual(sorted(reply.status for reply in replies), [200] * 5 + [503] * 4)
         for reply in replies:
@@ -221,7 +222,11 @@ class Queue(daemon.Case):
                 self.assert_problem(reply, 503, "queue")
                 self.assertGreaterEqual(int(reply.headers["Retry-After"]), 1)
 
-    def test_recycling(self):
+
+class Recycling(daemon.Case):
+    options = ["--recycle", "5"]
+
+    def test_workers_are_replaced(self):
         before = set(daemon.children(self.daemon.pid))
         for k in range(20):
             self.assertEqual(self.execute(str(k)).body, str(k).encode())
