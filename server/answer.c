@@ -10,6 +10,7 @@
 #include "expression.h"
 #include "inflate.h"
 #include "member.h"
+#include "scatter/solve.h"
 
 /* Problems */
 
@@ -192,6 +193,10 @@ static void perform(const ask *a, const process *p, const doc *root, task *t, re
   }
   if (t->cloud) r->points = t->cloud->cloud.n;
   if (p->clear) p->clear(state);
+}
+
+void answer_prepare(void) {
+  sct_solver_prepare();
 }
 
 void answer(const ask *a, reply *r) {

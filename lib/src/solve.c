@@ -30,6 +30,12 @@ static const double least_reciprocal_condition = 1e-14;
 static const sct_solve_kind *const kinds[] = {&sct_solve_umfpack, &sct_solve_klu};
 enum { KINDS = sizeof kinds / sizeof *kinds };
 
+void sct_solver_prepare(void) {
+  for (int k = 0; k < KINDS; k++) {
+    if (kinds[k]->prepare != NULL) kinds[k]->prepare();
+  }
+}
+
 const char *sct_solver_name(int k) {
   return k >= 0 && k < KINDS ? kinds[k]->name : NULL;
 }

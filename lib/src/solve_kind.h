@@ -12,6 +12,7 @@
 
 typedef struct {
   const char *name;
+  void (*prepare)(void); /* takes what the package keeps for good; NULL: nothing */
   /* *state = what the package keeps of the pattern. Sets ordering in the report. */
   sct_status (*analyse)(const sct_solve_matrix *a, const sct_solve_options *options, void **state,
                         sct_solve_report *report, sct_error *err);

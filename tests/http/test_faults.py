@@ -85,8 +85,9 @@ class Faults(daemon.Case):
         daemon.wait_until(self.busy, "the request to run")
         os.kill(daemon.children(self.daemon.pid)[0], signal.SIGKILL)
         self.assert_problem(running.wait()[0], 500, "worker died")
-        os.kill(daemon.wait_until(lambda: daemon.children(self.daemon.pid), "a worker")[0],
-                signal.SIGKILL)
+        idle = daemon.wait_until(lambda: daemon.children(self.daemon.pid), "a worker")[0]
+        os.kill(idle, signal.SIGKILL)
+        daemon.wait_until(lambda: is_dead(idle), "the worker to die")
         self.assert_alive()
 
     def test_time_limit(self):
