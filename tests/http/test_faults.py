@@ -85,9 +85,10 @@ class Faults(daemon.Case):
         daemon.wait_until(self.busy, "the request to run")
         os.kill(daemon.children(self.daemon.pid)[0], signal.SIGKILL)
         self.assert_problem(running.wait()[0], 500, "worker died")
-        idle = daemon.wait_until(lambda: daemon.children(self.daemon.pid), "a worker")[0]
+        self.assert_alive()
+        idle = daemon.children(self.daemon.pid)[0]
         os.kill(idle, signal.SIGKILL)
-        daemon.wait_until(lambda: is_dead(idle), "the worker to die")
+        daemon.wait_until(lambda: idle not in daemon.children(self.daemon.pid), "its end")
         self.assert_alive()
 
     def test_time_limit(self):
