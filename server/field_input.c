@@ -45,7 +45,7 @@ static bool evaluate(task *t, field *f, int a, double time) {
   if (!l) return false;
   if (!expression_evaluate(l, &f->component[a], c->cloud.dim, c->cloud.x, f->on.place, f->on.n,
                            time, f->value + a, f->components)) {
-    (void)sct_fail(&t->error, SCT_E_MEMORY, -1, "out of memory");
+    (void)sct_fail(&t->error, SCT_E_MEMORY, -1, "no room for the data of the request");
     return false;
   }
   return component_is_finite(t, f, a);

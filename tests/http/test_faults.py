@@ -192,10 +192,10 @@ class SlowSolve(daemon.Case):
 @unittest.skipIf(is_sanitized(), "the sanitizer needs all address space for itself")
 class LargeSolve(daemon.Case):
     stub = False
-    options = ["--workers", "1", "--memory-bytes", "256MiB"]
+    options = ["--workers", "1", "--memory-bytes", "450MiB"]
 
     def test_memory_limit(self):
-        self.assert_problem(self.execute(solve([1900000])), 422, str(256 << 20))
+        self.assert_problem(self.execute(solve([1900000])), 422, str(450 << 20))
         self.daemon.wait_for_log(r"status=422 .* points=1900001")
 
 
