@@ -41,6 +41,14 @@ static inline int64_t hits_plain(int dim, const sct_scan *scan, const double *x,
   return m;
 }
 
+static inline double lesser(double a, double b) {
+  return a < b ? a : b; /* fmin cares for NaN, and is a call */
+}
+
+static inline double least(const double *four) {
+  return lesser(lesser(four[0], four[1]), lesser(four[2], four[3]));
+}
+
 static inline double closest_plain(int dim, const sct_scan *scan, const double *x, int32_t self) {
   double best[4] = {INFINITY, INFINITY, INFINITY, INFINITY};
   for (int64_t j = 0; j < scan->n; j += 4) {
@@ -50,7 +58,7 @@ static inline double closest_plain(int dim, const sct_scan *scan, const double *
       best[l] = counts ? square : best[l];
     }
   }
-  return fmin(fmin(best[0], best[1]), fmin(best[2], best[3]));
+  return least(best);
 }
 
 /* -- x86-64 with AVX2 -------------------------------------------------------------------------- */
@@ -123,7 +131,7 @@ AVX2 double closest_wide(int dim, const sct_scan *scan, const double *at, int32_
   }
   double b[4];
   _mm256_storeu_pd(b, best);
-  return fmin(fmin(b[0], b[1]), fmin(b[2], b[3]));
+  return least(b);
 }
 
 __attribute__((target("avx2"))) static int64_t hits_best(const sct_scan *scan, const double *x,
