@@ -2,13 +2,15 @@
  * SCT_E_MEMORY, no output, no leak (with -DSCATTERD_SANITIZE=ON), and what failed works when it is
  * called again. */
 #include "fixture.h"
+
+#include <math.h>
+
 #include "scarce.h"
 
-enum {
-  N = 1100,
-  THIN = 7
-}; /* a lattice of 33 x 33 without points around (16, 16): more than one
-      block of work, and a support that has to grow */
+/* A square lattice without the points nearer than HOLE to the middle one: more than one block of
+ * work, and a row in the middle that outgrows the room it begins in. */
+enum { SIDE = 21, MIDDLE = SIDE / 2, N = SIDE * SIDE };
+static const double HOLE = 5.2;
 
 static fixture all;
 static int threads;
@@ -47,7 +49,7 @@ static sct_status build(sct_error *err) {
   return status;
 }
 
-/* The first and the most difficult row, in a room that has to grow for it. */
+/* The row in the middle, in a room that has to grow for it. */
 static sct_status row(sct_error *err) {
   sct_room *room = (sct_room *)&all;
   sct_row r;
@@ -106,21 +108,20 @@ static sct_status robin(sct_error *err) {
   return system_of(SCT_ROBIN, err);
 }
 
-/* A square of 33 x 33 points a distance 1 apart, displaced a little, with a hole of 2.6 around the
- * last point. */
+/* The lattice, displaced a little, for rows of this scheme; the middle is the last point. */
 static void with_scheme(int scheme) {
   const sct_operator op = sct_operator_default((sct_scheme)scheme, 2);
   static double x[2 * N];
   int64_t n = 0;
   uint64_t random = 4;
   fixture_clear(&all);
-  for (int k = 0; k < 33 * 33; k++) {
-    const double a = k % 33 - 16, b = (int)(k / 33) - 16;
-    if (a * a + b * b < THIN) continue;
-    x[2 * n] = a + (a > -16 ? 0.1 * fixture_random(&random) : 0) + 16;
-    x[2 * n++ + 1] = b + 16;
+  for (int k = 0; k < N; k++) {
+    const int a = k % SIDE, b = k / SIDE;
+    if (hypot(a - MIDDLE, b - MIDDLE) < HOLE) continue;
+    x[2 * n] = a + (a > 0 ? 0.1 * fixture_random(&random) : 0);
+    x[2 * n++ + 1] = b;
   }
-  x[2 * n] = x[2 * n + 1] = 16;
+  x[2 * n] = x[2 * n + 1] = MIDDLE;
   all = fixture_points(2, n + 1, x, 1, &op);
 }
 
