@@ -4,8 +4,8 @@
  * artificial velocity u_N (diagnose.h): it sees lap x = u_N where there is nothing to see, and more
  * of it on finer clouds, because u_N h stays what it is. ips subtracts it. Exits 0 if
  *
- *   ps   lap x = u_N at every point, with a cell Reynolds number rms(u_N) h of 2.17 times the
- * jitter ips  lap x = 0
+ *   ps   lap x = u_N at every point, with a cell Reynolds number rms(u_N) h = 2.17 jitter,
+ *   ips  lap x = 0
  *
  * on clouds of 1000 and of 100 000 cells ([H16] eq. 14, 20, 37b).
  */
