@@ -3,7 +3,7 @@ says what is wrong, and in the end the daemon is as it was: same workers, no mor
 descriptors.
 
 SCATTERD_MUTATIONS (10000) and SCATTERD_SEED (random, printed) repeat a run; request number K of a
-seed is always the same: mutation.make(SEED, K).
+seed is always the same: `python3 mutation.py SEED K`.
 """
 
 import collections
@@ -157,9 +157,10 @@ class Mutation(daemon.Case):
         if not daemon.is_sanitized():  # which keeps freed memory, and looks for leaks itself
             self.assertLess(max(grown), GROWTH)
         self.assertEqual(sum(statuses.values()), MUTATIONS)
-        self.assertGreater(statuses[200], MUTATIONS / 20)
-        self.assertGreater(statuses[400], MUTATIONS / 4)
-        self.assertGreater(statuses[422], 0)
+        if MUTATIONS >= 1000:  # enough to know that the damage is of every kind
+            self.assertGreater(statuses[200], MUTATIONS / 10)
+            self.assertGreater(statuses[400], MUTATIONS / 4)
+            self.assertGreater(statuses[422], MUTATIONS / 1000)
         self.assertNotIn("level=error", "\n".join(self.daemon.log))
 
 
