@@ -75,64 +75,56 @@ double doc_number_at(const doc *d, const char *pointer) {
   return k >= 0 && k < d->count ? d->data[k] : NAN;
 }
 
-/* Sums */
+/* Means */
 
-/* The numbers of a sum; they are ours to change. */
-static double *values_of(doc *sum) {
-  return (double *)sum->data;
+/* The numbers of a mean; they are ours to change. */
+static double *values_of(doc *mean) {
+  return (double *)mean->data;
 }
 
-/* What is summed may go before the sum does, keys too. */
+/* The documents may go before their mean does, keys too. */
 static doc *begin(task *t, const doc *d) {
-  doc *sum = make(t, NULL, d);
-  if (!sum || !d->key) return sum;
-  sum->key = doc_arena_copy(t->arena, d->key, strlen(d->key));
-  if (!sum->key) (void)sct_fail(&t->error, SCT_E_MEMORY, -1, "out of memory");
-  return sum->key ? sum : NULL;
+  doc *mean = make(t, NULL, d);
+  if (!mean || !d->key) return mean;
+  mean->key = doc_arena_copy(t->arena, d->key, strlen(d->key));
+  if (!mean->key) (void)sct_fail(&t->error, SCT_E_MEMORY, -1, "out of memory");
+  return mean->key ? mean : NULL;
 }
 
 static doc *begin_numbers(task *t, const doc *d) {
   double *copy = task_take(t, d->count, sizeof *copy);
-  doc *sum = copy ? begin(t, d) : NULL;
-  if (!sum) return NULL;
+  doc *mean = copy ? begin(t, d) : NULL;
+  if (!mean) return NULL;
   if (d->count) memcpy(copy, d->data, (size_t)d->count * sizeof *copy);
-  sum->data = copy;
-  return sum;
+  mean->data = copy;
+  return mean;
 }
 
 static doc *begin_object(task *t, const doc *d) {
-  doc *sum = begin(t, d);
-  if (sum) sum->child = NULL;
-  if (sum) sum->count = 0;
-  for (const doc *m = d->child; m && sum; m = m->next) {
-    doc *member = doc_sum_begin(t, m);
+  doc *mean = begin(t, d);
+  if (mean) mean->child = NULL;
+  if (mean) mean->count = 0;
+  for (const doc *m = d->child; m && mean; m = m->next) {
+    doc *member = doc_mean_begin(t, m);
     if (t->error.code) return NULL;
-    if (member) doc_append(sum, member);
+    if (member) doc_append(mean, member);
   }
-  return sum;
+  return mean;
 }
 
-doc *doc_sum_begin(task *t, const doc *d) {
+doc *doc_mean_begin(task *t, const doc *d) {
   if (d->kind == DOC_NUMBER) return begin(t, d);
   if (d->kind == DOC_NUMBERS) return begin_numbers(t, d);
   return d->kind == DOC_OBJECT ? begin_object(t, d) : NULL;
 }
 
-void doc_add(doc *sum, const doc *d) {
-  if (!d || d->kind != sum->kind) return;
-  if (sum->kind == DOC_NUMBER) sum->number += d->number;
-  if (sum->kind == DOC_NUMBERS && sum->count == d->count) {
-    for (int64_t k = 0; k < sum->count; k++) values_of(sum)[k] += d->data[k];
+void doc_mean(doc *mean, const doc *d, int64_t k) {
+  if (!d || d->kind != mean->kind) return;
+  if (mean->kind == DOC_NUMBER) mean->number += (d->number - mean->number) / (double)k;
+  if (mean->kind == DOC_NUMBERS && mean->count == d->count) {
+    double *value = values_of(mean);
+    for (int64_t i = 0; i < mean->count; i++) value[i] += (d->data[i] - value[i]) / (double)k;
   }
-  if (sum->kind != DOC_OBJECT) return;
-  for (const doc *m = sum->child; m; m = m->next) doc_add((doc *)m, doc_member(d, m->key));
-}
-
-void doc_scale(doc *sum, double factor) {
-  if (sum->kind == DOC_NUMBER) sum->number *= factor;
-  if (sum->kind == DOC_NUMBERS) {
-    for (int64_t k = 0; k < sum->count; k++) values_of(sum)[k] *= factor;
-  }
-  if (sum->kind != DOC_OBJECT) return;
-  for (const doc *m = sum->child; m; m = m->next) doc_scale((doc *)m, factor);
+  if (mean->kind != DOC_OBJECT) return;
+  for (const doc *m = mean->child; m; m = m->next) doc_mean((doc *)m, doc_member(d, m->key), k);
 }

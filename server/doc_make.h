@@ -27,11 +27,13 @@ const doc *doc_at_pointer(const doc *d, const char *pointer);
 /* Number there, also within an array of numbers; NaN if there is none. */
 double doc_number_at(const doc *d, const char *pointer);
 
-/* A copy of the numbers in `d` that doc_add can add to: a number, an array of numbers, or an object
- * of these; anything else in it is left out (NULL without an error if it is nothing else). */
-doc *doc_sum_begin(task *t, const doc *d);
-/* Adds number to number where both have the same shape; others stay as they are. */
-void doc_add(doc *sum, const doc *d);
-void doc_scale(doc *sum, double factor);
+/* A copy of the numbers in `d` that doc_mean can change: a number, an array of numbers, or an
+ * object of these; anything else in it is left out (NULL without an error if it is nothing else).
+ */
+doc *doc_mean_begin(task *t, const doc *d);
+
+/* Makes `mean`, that of the k - 1 documents before, the mean of k by adding `d`, number by number
+ * where both have the same shape. The mean of equal numbers is that number. */
+void doc_mean(doc *mean, const doc *d, int64_t k);
 
 #endif

@@ -57,7 +57,6 @@ static sct_status run_row(task *t, study *s, int64_t k, unsigned wanted) {
     sct_status status = run_cloud(t, s, k, cloud, wanted);
     if (status || !task_is_well(t)) return status;
   }
-  study_row_finish(row, in->seeds);
   return study_paper_find(t, in, k, row, s->used) ? SCT_OK : t->error.code;
 }
 

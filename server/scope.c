@@ -72,11 +72,19 @@ static bool next_name(const char **text, char room[64]) {
   return true;
 }
 
+/* Text of what the case derives, or of a field of it; NULL if there is none of that name. */
+static const char *text_behind(const doc *root, const char *name) {
+  const doc *derived = doc_member(doc_member(root, "derived"), name);
+  const doc *field = doc_member(doc_member(root, "fields"), name);
+  return derived ? derived->text : field ? field->text : NULL;
+}
+
+/* Recursion as deep as numbers of a case are derived from others. */
 const char *scope_culprit(const doc *root, const char *text, char room[64]) {
   while (next_name(&text, room)) {
     if (!strcmp(room, "n") || doc_member(doc_member(root, "parameters"), room)) return room;
-    const doc *derived = doc_member(doc_member(root, "derived"), room);
-    const char *found = derived ? scope_culprit(root, derived->text, room) : NULL;
+    const char *behind = text_behind(root, room);
+    const char *found = behind ? scope_culprit(root, behind, room) : NULL;
     if (found) return found;
   }
   return NULL;

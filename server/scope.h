@@ -34,8 +34,8 @@ bool scope_numbers(scope *s, const char *text, int dim, const double *x, int64_t
 
 void scope_close(scope *s);
 
-/* The parameter of the case (or "n") that the value of `text` hangs on, the first named in it or in
- * what is derived from; NULL if there is none. */
+/* The parameter of the case (or "n") that the value of `text` hangs on: the first named in it, or
+ * in what is derived or in a field that it names. NULL if there is none. */
 const char *scope_culprit(const doc *root, const char *text, char room[64]);
 
 #endif

@@ -24,6 +24,11 @@ static bool read_cells(task *t, const item *it, study_input *s) {
   const doc *cells = doc_member(s->root, "cells");
   s->cells = (numbers){cells->count, 1, cells->data};
   if (!read_integers(t, it, 1, SCT_POINTS_MAX - 1, &s->cells)) return false;
+  bool is_only = doc_member(s->root, "one_mesh");
+  if (is_only && (s->cells.rows != 1 || s->cells.data[0] != cells->data[0])) {
+    complain(t, it, "needs [%.15g]: the case has no other mesh", cells->data[0]);
+    return false;
+  }
   if (s->cells.rows > 0 && s->cells.rows <= ROWS_MAX) return true;
   complain(t, it, "has %lld meshes, needs 1 to %d", (long long)s->cells.rows, ROWS_MAX);
   return false;

@@ -123,19 +123,15 @@ bool study_row_add(task *t, study_run *r, const doc *result, study_row *row) {
     if (!t->error.code) t->error = r->own.error;
     return false;
   }
+  row->runs++;
   if (row->members) {
-    doc_add(row->members, members);
+    doc_mean(row->members, members, row->runs);
   } else {
-    row->members = doc_sum_begin(t, members);
+    row->members = doc_mean_begin(t, members);
     row->points = r->own.cloud->cloud.n;
   }
-  row->seconds += stopwatch_total(&r->own.watch);
+  row->seconds += (stopwatch_total(&r->own.watch) - row->seconds) / (double)row->runs;
   return row->members;
-}
-
-void study_row_finish(study_row *row, int64_t runs) {
-  doc_scale(row->members, 1 / (double)runs);
-  row->seconds /= (double)runs;
 }
 
 /* Writing */

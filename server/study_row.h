@@ -11,7 +11,8 @@ typedef struct {
   const char *varied; /* parameter that varies from row to row, and its value here */
   double value;
   int64_t points; /* of the cloud */
-  doc *members;   /* object: means over the clouds */
+  int64_t runs;   /* so far */
+  doc *members;   /* object: means over them */
   double seconds; /* of a run, mean */
   doc *paper;     /* object: what the paper printed, by member; empty if nothing */
   /* request of the first cloud; owned */
@@ -19,11 +20,9 @@ typedef struct {
   doc_arena *request_arena;
 } study_row;
 
-/* Adds what a run found to the row: the first of its runs makes it. False when out of memory. */
+/* Makes what a run found part of the row's means; the first run makes the row. False when out of
+ * memory. */
 bool study_row_add(task *t, study_run *r, const doc *result, study_row *row);
-
-/* Makes means of the sums of `runs` runs. */
-void study_row_finish(study_row *row, int64_t runs);
 
 /* `before`: the row before, NULL if there is none; rates compare with it. */
 void study_row_write(emit *e, const study_row *row, const study_row *before);

@@ -36,7 +36,7 @@ static void write_place(emit *e, const doc *place, scope *s) {
   const char *field = text_of(doc_member(s->root, "fields"), text);
   if (field) {
     emit_text(e, field);
-  } else if (array && array->kind == DOC_NUMBERS) {
+  } else if (array && array->kind == DOC_NUMBERS && !doc_member(s->names, text)) {
     write_array(e, place, array, s);
   } else if (last) {
     write_integers(e, scope_number(s, text), scope_number(s, last));
@@ -108,9 +108,7 @@ void template_blame(const doc *root, const doc *template, const char *pointer, i
     const doc *place = place_at(template, pointer + strlen(inputs), &rest);
     if (place) culprit = scope_culprit(root, text_of(place, "="), room);
   }
-  if (!culprit) {
-    snprintf(blamed, PROBLEM_POINTER, "%s/case", inputs);
-  } else if (!strcmp(culprit, "n")) {
+  if (!culprit || !strcmp(culprit, "n")) { /* nothing but the mesh is left to differ */
     snprintf(blamed, PROBLEM_POINTER, "%s/cells/%lld", inputs, (long long)mesh);
   } else {
     const doc *known = doc_member(doc_member(root, "parameters"), culprit);
