@@ -6,10 +6,10 @@
 #include <string.h>
 
 #include "cloud_input.h"
-#include "execute_body.h"
 #include "expression.h"
 #include "inflate.h"
-#include "member.h"
+#include "perform.h"
+#include "scatter/solve.h"
 
 /* Problems */
 
@@ -125,26 +125,6 @@ static const doc *decode(const ask *a, const void *body, size_t size, task *t, r
   return NULL;
 }
 
-static void write_output(emit *e, const task *t, const process_output *output, const void *state) {
-  emit_key(e, output->name);
-  if (output->is_object) {
-    emit_object(e);
-    emit_key(e, "value");
-  }
-  output->write(e, t, state);
-  if (output->is_object) emit_end(e);
-}
-
-static void write_result(emit *e, task *t, const process *p, const execute *x, const void *state) {
-  if (!x->is_raw) emit_object(e);
-  for (int k = 0; p->outputs[k].name; k++) {
-    if (!(x->wanted & 1u << k)) continue;
-    if (x->is_raw) p->outputs[k].write(e, t, state);
-    if (!x->is_raw) write_output(e, t, &p->outputs[k], state);
-  }
-  if (!x->is_raw) emit_end(e);
-}
-
 /* The bytes of the result, compressed if that is wanted and worth it. */
 static bool pack(const ask *a, const emit *e, reply *r) {
   enum { WORTH = 1024 }; /* bytes: what fits into one packet gains nothing */
@@ -154,15 +134,10 @@ static bool pack(const ask *a, const emit *e, reply *r) {
   return deflate_bytes(r->coding, bytes, size, &r->bytes, &r->size) == INFLATE_OK;
 }
 
-static bool reply_result(const ask *a, task *t, const process *p, const execute *x,
-                         const void *state, reply *r) {
-  bool done = false;
-  if (sct_work_report(&t->work, "encode", 0, &t->error)) return false;
-  emit *e = emit_new(a->accept == MEDIA_CBOR ? EMIT_CBOR : EMIT_JSON);
-  if (e) {
-    write_result(e, t, p, x, state);
-    done = emit_ok(e) && pack(a, e, r);
-  }
+static bool reply_result(const ask *a, task *t, performance *f, reply *r) {
+  emit *e = perform_run(t, f, a->accept);
+  if (!e) return false;
+  bool done = pack(a, e, r);
   emit_free(&e);
   if (!done) (void)sct_fail(&t->error, SCT_E_MEMORY, -1, "no memory for the result");
   r->status = 200;
@@ -171,27 +146,21 @@ static bool reply_result(const ask *a, task *t, const process *p, const execute 
 }
 
 /* Reads, runs and writes one decoded request. */
-static void perform(const ask *a, const process *p, const doc *root, task *t, reply *r) {
-  const item body = item_body(root);
-  execute x;
-  void *state = task_zeros(t, 1, (int64_t)p->state_size);
-  if (!state) {
-    reply_failure(r, t);
-    return;
-  }
-  execute_read(t, p, &body, a->accept, &x);
-  bool is_readable = !x.inputs.doc || x.inputs.doc->kind == DOC_OBJECT;
-  if (root->kind == DOC_OBJECT && is_readable) p->read(t, &x.inputs, state);
-  stopwatch_lap(&t->watch, LAP_DECODE);
-  sct_status status = task_is_well(t) ? p->run(t, x.wanted, state) : t->error.code;
-  bool done = task_is_well(t) && !status && reply_result(a, t, p, &x, state, r);
+static void reply_to(const ask *a, const process *p, const doc *root, task *t, reply *r) {
+  performance f;
+  perform_read(t, p, root, a->accept, &f);
+  bool done = reply_result(a, t, &f, r);
   if (!done && t->complaints.found > 0) {
     reply_complaints(r, t);
   } else if (!done) {
     reply_failure(r, t);
   }
   if (t->cloud) r->points = t->cloud->cloud.n;
-  if (p->clear) p->clear(state);
+  perform_clear(&f);
+}
+
+void answer_prepare(void) {
+  sct_solver_prepare();
 }
 
 void answer(const ask *a, reply *r) {
@@ -210,7 +179,7 @@ void answer(const ask *a, reply *r) {
     return;
   }
   if (unpack(a, &plain, &size, r)) root = decode(a, plain ? plain : a->body, size, &t, r);
-  if (root) perform(a, p, root, &t, r);
+  if (root) reply_to(a, p, root, &t, r);
   language_free(&t.language);
   doc_arena_free(&t.arena);
   free(plain);

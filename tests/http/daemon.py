@@ -187,6 +187,7 @@ class Case(unittest.TestCase):
     @classmethod
     def tearDownClass(cls):
         daemon = cls.daemon
+        assert daemon.process.poll() is None, "it ended by itself:\n" + "\n".join(daemon.log)
         workers = children(daemon.pid)
         files = os.listdir(daemon.data)
         status = daemon.stop()
