@@ -1,7 +1,10 @@
 /* main.c - scatterd: the command line. */
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
+#include "child.h"
 #include "front.h"
 #include "param.h"
 #include "worker.h"
@@ -58,12 +61,24 @@ static const char *take(int *count, char **argv, const char *name) {
   return NULL;
 }
 
+/* A BLAS reads its environment when it is loaded, so the program starts over with a worker's: then
+ * `run` computes what the daemon would, to the last bit. */
+static void start_over(const parameters *set, char **line) {
+  if (getenv("OPENBLAS_NUM_THREADS") != NULL) return;
+  child_environment(set->limits.threads);
+  execv("/proc/self/exe", line); /* if it fails, the answer differs in rounding at most */
+}
+
+/* argv[-2 .. count] is the whole line, as main got it. */
 static int run(parameters *set, int count, char **argv) {
+  char *line[count + 3];
+  memcpy(line, argv - 2, (size_t)(count + 3) * sizeof *line);
   const char *process = take(&count, argv, "--process");
   const char *out = take(&count, argv, "-o");
   fault why;
   if (!param_take(set, &count, argv, &why)) return complain(why.text);
   if (count != 1) return complain("run: needs one request file; see --help");
+  start_over(set, line);
   return worker_run(process != NULL ? process : "solve", argv[0], out, &set->limits);
 }
 

@@ -34,8 +34,7 @@ sct_status sct_cloud_check(const sct_cloud *cloud, sct_error *err) {
   return check_finite(cloud, err);
 }
 
-/* -- order along the Hilbert curve --------------------------------------------------------------
- */
+/* -- order along the Hilbert curve ------------------------------------------------------------- */
 
 /* A cube around the cloud, cut into 2^bits cells per side. */
 typedef struct {

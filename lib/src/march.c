@@ -2,13 +2,13 @@
  * differs are the weights (march_scheme.h) and the rows that need a solve (march_matrix.h). */
 #include "scatter/march.h"
 
-#include <inttypes.h>
 #include <math.h>
 #include <string.h>
 
 #include "alloc.h"
 #include "march_growth.h"
 #include "march_matrix.h"
+#include "march_plan.h"
 #include "march_scheme.h"
 
 typedef struct {
@@ -65,76 +65,7 @@ static bool varies(const marcher *m, int what) {
   return m->problem != NULL && (m->problem->varies & what) != 0;
 }
 
-/* -- plan ---------------------------------------------------------------------------------- */
-
-static sct_status check_times(const sct_march_options *o, sct_error *err) {
-  if (!isfinite(o->start) || !isfinite(o->end) || o->start >= o->end) {
-    return sct_fail(err, SCT_E_ARGUMENT, -1,
-                    "time goes from %g to %g, needs a start before the end", o->start, o->end);
-  }
-  for (int64_t k = 0; k < o->saves; k++) {
-    const double least = k == 0 ? o->start : nextafter(o->save[k - 1], INFINITY);
-    if (o->save[k] >= least && o->save[k] <= o->end) continue;
-    return sct_fail(err, SCT_E_ARGUMENT, -1,
-                    "save time %" PRId64 " is %.17g, needs ascending times from %g to %g", k,
-                    o->save[k], o->start, o->end);
-  }
-  return SCT_OK;
-}
-
-static sct_status check_options(const sct_march_options *o, sct_error *err) {
-  if ((unsigned)o->method >= SCT_MARCH_COUNT) {
-    return sct_fail(err, SCT_E_ARGUMENT, -1, "time scheme %d is unknown", (int)o->method);
-  }
-  if (!isfinite(o->step) || o->step < 0) {
-    return sct_fail(err, SCT_E_ARGUMENT, -1, "time step is %g, needs to be positive", o->step);
-  }
-  if (o->step == 0 && !(o->diffusion_number > 0 && isfinite(o->diffusion_number))) {
-    return sct_fail(err, SCT_E_ARGUMENT, -1,
-                    "without a time step the diffusion number is %g, needs to be positive",
-                    o->diffusion_number);
-  }
-  return check_times(o, err);
-}
-
-static int64_t stops(const sct_march_options *o) {
-  return o->saves > 0 && o->save[o->saves - 1] == o->end ? o->saves : o->saves + 1;
-}
-
-/* Stop k; -1 is the start. */
-static double stop(const sct_march_options *o, int64_t k) {
-  if (k < 0) return o->start;
-  return k < o->saves ? o->save[k] : o->end;
-}
-
-/* Steps of at most dt over a length; rounding must not add one. */
-static double steps_over(double length, double dt) {
-  return ceil(length / dt * (1 - 1e-10));
-}
-
-static sct_status plan(marcher *m, sct_error *err) {
-  const sct_march_options *o = m->options;
-  const double most = o->max_steps > 0 ? (double)o->max_steps : 0x1p53;
-  if (o->step == 0 || is_explicit(m)) {
-    m->report->stable_step = sct_march_stable_step(*m->system, NULL);
-  }
-  m->dt = o->step > 0 ? o->step : o->diffusion_number * m->report->stable_step;
-  m->dt = fmin(m->dt, o->end - o->start);
-  for (int64_t k = 0; k < stops(o); k++) {
-    m->steps += steps_over(stop(o, k) - stop(o, k - 1), m->dt);
-  }
-  if (m->steps <= most) return SCT_OK;
-  return sct_fail(err, SCT_E_LIMIT, -1, "%.0f steps of %g from %g to %g, limit is %.0f", m->steps,
-                  m->dt, o->start, o->end, most);
-}
-
 /* -- one step ------------------------------------------------------------------------------ */
-
-/* b = load - coupling phi */
-static void right_hand_side(const sct_system *system, const double *phi, double *b) {
-  memcpy(b, system->load, (size_t)system->unknowns * sizeof *b);
-  sct_csr_multiply_add(system->coupling, -1, phi, b);
-}
 
 static sct_status check_stable(marcher *m, sct_error *err) {
   int64_t point;
@@ -174,7 +105,7 @@ static sct_status advance(marcher *m, double t, sct_error *err) {
 static void old_part(marcher *m, sct_march_weights w, double dt) {
   const sct_system *system = *m->system;
   if (w.explicit != 0) {
-    right_hand_side(system, m->phi, m->load);
+    sct_system_rhs(system, m->phi, m->load);
     sct_csr_multiply_add(system->matrix, -1, m->y, m->load);
   }
   for (int64_t i = 0; i < system->unknowns; i++) {
@@ -187,7 +118,7 @@ static void old_part(marcher *m, sct_march_weights w, double dt) {
 /* What the new time gives: rhs = rhs + implicit dt b'; condition rows b'. */
 static void new_part(marcher *m, sct_march_weights w, double dt) {
   const sct_system *system = *m->system;
-  right_hand_side(system, m->phi, m->load);
+  sct_system_rhs(system, m->phi, m->load);
   for (int64_t i = 0; i < system->unknowns; i++) {
     m->rhs[i] = system->is_equation[i] ? m->rhs[i] + w.implicit * dt * m->load[i] : m->load[i];
   }
@@ -210,6 +141,13 @@ static void gather(const marcher *m) {
   for (int64_t i = 0; i < system->unknowns; i++) m->y[i] = m->phi[system->point_of[i]];
 }
 
+/* What to do about phi that grows: implicit schemes damp whatever the operator damps. */
+static const char *advice(const marcher *m) {
+  return is_explicit(m)
+             ? "the step is not stable: take a smaller one, upwinding or an implicit scheme"
+             : "the operator feeds it: take upwinding, a smoother cloud or another scheme";
+}
+
 static sct_status step(marcher *m, double t, double dt, sct_error *err) {
   const sct_march_weights w = sct_march_weigh(m->options->method, m->last == 0 ? 0 : dt / m->last);
   old_part(m, w, dt);
@@ -228,7 +166,7 @@ static sct_status step(marcher *m, double t, double dt, sct_error *err) {
   m->last = dt;
   m->report->steps++;
   m->report->step = fmax(m->report->step, dt);
-  return sct_march_growth_check(&m->growth, *m->system, m->phi, t, dt, err);
+  return sct_march_growth_check(&m->growth, *m->system, m->phi, t, dt, advice(m), err);
 }
 
 /* -- from stop to stop --------------------------------------------------------------------- */
@@ -240,7 +178,7 @@ static double even_step(const marcher *m, double length, double steps) {
 }
 
 static sct_status run_to(marcher *m, double stop_time, sct_error *err) {
-  const double from = m->t, steps = steps_over(stop_time - from, m->dt);
+  const double from = m->t, steps = sct_march_steps_over(stop_time - from, m->dt);
   const double dt = is_explicit(m) ? m->dt : even_step(m, stop_time - from, steps);
   for (double k = 1; k <= steps; k++) {
     const bool shortened = is_explicit(m) && k == steps;
@@ -259,8 +197,8 @@ static sct_status save(const marcher *m, sct_error *err) {
 }
 
 static sct_status run(marcher *m, sct_error *err) {
-  for (int64_t k = 0; k < stops(m->options); k++) {
-    sct_status status = run_to(m, stop(m->options, k), err);
+  for (int64_t k = 0; k < sct_march_stops(m->options); k++) {
+    sct_status status = run_to(m, sct_march_stop(m->options, k), err);
     if (status == SCT_OK) status = save(m, err);
     if (status != SCT_OK) return status;
   }
@@ -309,6 +247,16 @@ static sct_status settle_for_rate(marcher *m, sct_error *err) {
   return status;
 }
 
+static sct_status plan(marcher *m, sct_error *err) {
+  const sct_march_options *o = m->options;
+  if (o->step == 0 || is_explicit(m)) {
+    m->report->stable_step = sct_march_stable_step(*m->system, NULL);
+  }
+  m->dt = o->step > 0 ? o->step : o->diffusion_number * m->report->stable_step;
+  m->dt = fmin(m->dt, o->end - o->start);
+  return sct_march_plan_count(o, m->dt, &m->steps, err);
+}
+
 static sct_status begin(marcher *m, sct_error *err) {
   m->t = m->options->start;
   m->factored = NAN;
@@ -350,7 +298,7 @@ sct_status sct_march(sct_system **system, const sct_march_options *options,
                .phi = phi,
                .report = report != NULL ? report : &unread};
   *m.report = (sct_march_report){0};
-  sct_status status = check_options(options, err);
+  sct_status status = sct_march_plan_check(options, err);
   if (status == SCT_OK) status = begin(&m, err);
   if (status == SCT_OK) status = run(&m, err);
   end(&m);

@@ -103,36 +103,35 @@ void sct_march_growth_free(sct_march_growth *g) {
   sct_release(&g->lift);
 }
 
-/* Largest |phi| of the unknowns and where (NaN counts as infinity), of the Dirichlet points. */
-static void largest(const sct_system *system, const double *phi, double *got, int64_t *at,
-                    double *given) {
-  *got = *given = 0;
+/* Where |phi| is largest among unknowns (is_given false) or Dirichlet points; -1 if all are zero.
+ * NaN counts as infinity. */
+static double largest(const sct_system *system, const double *phi, bool is_given, int64_t *at) {
+  double worst = 0;
   *at = -1;
   for (int64_t p = 0; p < system->n; p++) {
     const double size = isnan(phi[p]) ? INFINITY : fabs(phi[p]);
-    if (system->row_of[p] < 0) {
-      *given = fmax(*given, size);
-    } else if (size > *got) {
-      *got = size;
+    if ((system->row_of[p] < 0) == is_given && size > worst) {
+      worst = size;
       *at = p;
     }
   }
+  return worst;
 }
 
 sct_status sct_march_growth_check(sct_march_growth *g, const sct_system *system, const double *phi,
-                                  double t, double dt, sct_error *err) {
-  double got, given;
+                                  double t, double dt, const char *advice, sct_error *err) {
   int64_t at;
-  largest(system, phi, &got, &at, &given);
+  const double given = largest(system, phi, true, &at);
   if (!isfinite(given)) {
-    return sct_fail(err, SCT_E_NOT_FINITE, -1, "a Dirichlet value at t = %.9g is not finite", t);
+    return sct_fail(err, SCT_E_NOT_FINITE, at, "has a value at t = %.9g that is not finite", t);
   }
   g->bound = (g->bound + fmax(g->source, g->earlier) * dt) * exp(g->growth * dt);
   g->bound = fmax(fmax(g->bound, given), g->least);
   g->earlier = g->source;
+  const double got = largest(system, phi, false, &at);
   if (got <= fmin(SCT_GROWTH_LIMIT * g->bound, SCT_GROWTH_END)) return SCT_OK;
   return sct_fail(err, SCT_E_UNSTABLE, at,
                   "has |phi| = %.3g at t = %.9g with step %.6g, where initial values, "
-                  "sources and boundary values account for %.3g: the step is not stable",
-                  got, t, dt, g->bound);
+                  "sources and boundary values account for %.3g: %s",
+                  got, t, dt, g->bound, advice);
 }

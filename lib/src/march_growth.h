@@ -41,10 +41,10 @@ SCT_NODISCARD sct_status sct_march_growth_matrix(sct_march_growth *growth, const
 SCT_NODISCARD sct_status sct_march_growth_load(sct_march_growth *growth, const sct_system *system,
                                                sct_error *err);
 
-/* Advances B by dt and compares phi at the new time t. SCT_E_UNSTABLE, SCT_E_NOT_FINITE (Dirichlet
- * value). */
+/* Advances B by dt and compares phi at the new time t. SCT_E_UNSTABLE, whose text ends with
+ * `advice`; SCT_E_NOT_FINITE (Dirichlet value). */
 SCT_NODISCARD sct_status sct_march_growth_check(sct_march_growth *growth, const sct_system *system,
                                                 const double *phi, double t, double dt,
-                                                sct_error *err);
+                                                const char *advice, sct_error *err);
 
 #endif

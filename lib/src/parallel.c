@@ -1,9 +1,13 @@
 #include "parallel.h"
 
+/* A thread is worth its start for so many items. */
+enum { WORTH = 512 };
+
 static bool do_piece(int threads, int64_t first, int64_t length, sct_slice *slice, void *context) {
   bool ok = true;
+  if (threads > 1 + length / WORTH) threads = (int)(1 + length / WORTH);
 #ifdef _OPENMP
-#pragma omp parallel for num_threads(threads) schedule(static, 1) reduction(&& : ok)
+#pragma omp parallel for num_threads(threads) schedule(static, 1) reduction(&& : ok) if (threads > 1)
 #endif
   for (int t = 0; t < threads; t++) {
     int64_t start = length * t / threads, end = length * (t + 1) / threads;

@@ -1,28 +1,5 @@
-/* row_pair.c - mps and ps: weights that depend on one pair only, and the sums all schemes share. */
-#include <math.h>
-
+/* row_pair.c - mps and ps: weights that depend on one pair only. */
 #include "row.h"
-
-double row_sum(int64_t n, const double *a) {
-  double sum = 0;
-#pragma omp simd reduction(+ : sum)
-  for (int64_t k = 0; k < n; k++) sum += a[k];
-  return sum;
-}
-
-double row_sum2(int64_t n, const double *a, const double *b) {
-  double sum = 0;
-#pragma omp simd reduction(+ : sum)
-  for (int64_t k = 0; k < n; k++) sum += a[k] * b[k];
-  return sum;
-}
-
-double row_sum3(int64_t n, const double *a, const double *b, const double *c) {
-  double sum = 0;
-#pragma omp simd reduction(+ : sum)
-  for (int64_t k = 0; k < n; k++) sum += a[k] * b[k] * c[k];
-  return sum;
-}
 
 /* The neighbours must span the space, or a derivative is silently left out. */
 static bool spans(const row_job *job) {

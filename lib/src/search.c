@@ -15,8 +15,7 @@ static const sct_search_kind_of *const kinds[SCT_SEARCH_COUNT] = {
     [SCT_SEARCH_TREE] = &sct_search_tree,
 };
 
-/* -- build --------------------------------------------------------------------------------------
- */
+/* -- build ------------------------------------------------------------------------------------- */
 
 static void bound(sct_search *search, const sct_cloud *cloud) {
   for (int k = 0; k < cloud->dim; k++) {
@@ -48,15 +47,15 @@ static void rescale(sct_search *search) {
   }
 }
 
-static sct_status build_kind(sct_search *search, const sct_cloud *cloud, double radius,
-                             sct_search_method method, sct_error *err) {
+static sct_status build_kind(sct_search *search, const sct_cloud *cloud, sct_search_method method,
+                             sct_error *err) {
   search->kind = kinds[method == SCT_SEARCH_AUTO ? SCT_SEARCH_GRID : method];
-  sct_status status = search->kind->build(search, cloud, radius, err);
+  sct_status status = search->kind->build(search, cloud, err);
   if (status != SCT_OK || method != SCT_SEARCH_AUTO) return status;
   if (search->cells.crowding <= crowding_most) return SCT_OK;
   search->kind->clear(search);
   search->kind = kinds[SCT_SEARCH_TREE];
-  return search->kind->build(search, cloud, radius, err);
+  return search->kind->build(search, cloud, err);
 }
 
 static void gather(sct_search *search, const sct_cloud *cloud) {
@@ -86,7 +85,7 @@ sct_status sct_search_build(const sct_cloud *cloud, double radius, sct_search_me
   bound(s, cloud);
   rescale(s);
   status = sct_alloc(&s->order, s->n, sizeof *s->order, err);
-  if (status == SCT_OK) status = build_kind(s, cloud, radius * s->scale, method, err);
+  if (status == SCT_OK) status = build_kind(s, cloud, method, err);
   for (int k = 0; k < s->dim && status == SCT_OK; k++) {
     status = sct_alloc(&s->x[k], s->n, sizeof(double), err);
   }
@@ -117,8 +116,7 @@ const char *sct_search_method_name(sct_search_method method) {
   return (unsigned)method < SCT_SEARCH_COUNT ? kinds[method]->name : NULL;
 }
 
-/* -- around -------------------------------------------------------------------------------------
- */
+/* -- around ------------------------------------------------------------------------------------ */
 
 /* Hits on their way to memory of a fixed size. */
 typedef struct {

@@ -41,7 +41,7 @@ typedef struct {
   const char *name;
   /* Fills search->order and step. The search has dim, n, scale and box; its x is sorted afterwards.
    */
-  sct_status (*build)(sct_search *search, const sct_cloud *cloud, double radius, sct_error *err);
+  sct_status (*build)(sct_search *search, const sct_cloud *cloud, sct_error *err);
   void (*clear)(sct_search *search);
   /* Visits, in ascending order, runs that hold all points less than radius away from a box. */
   void (*walk)(const sct_search *search, const sct_box *box, double radius, sct_visit *visit,

@@ -11,6 +11,7 @@
 #include "parallel.h"
 #include "search_feed.h"
 
+enum { FEW = 16 /* neighbours per point that memory is taken for at a time */ };
 static const int64_t entries_most = (int64_t)1 << 40;
 
 /* One thread's part of the lists. */
@@ -18,6 +19,7 @@ typedef struct {
   sct_feed feed;  /* first: `full` gets its address */
   int32_t *index; /* [n] */
   int64_t n, capacity, copied;
+  int64_t step; /* by which the memory grows at least */
   int64_t most; /* n must not go beyond */
   sct_status status;
   sct_error err;
@@ -40,13 +42,12 @@ static double radius_of(const listing *l, int64_t place) {
   return radius * l->search->scale;
 }
 
-/* -- finding ------------------------------------------------------------------------------------
- */
+/* -- finding ----------------------------------------------------------------------------------- */
 
 static bool make_room(part *mine) {
   int64_t needed = mine->n + SCT_SCAN_MOST + SCT_SCAN_PAD;
   if (needed <= mine->capacity) return true;
-  int64_t capacity = needed + mine->capacity / 2;
+  int64_t half = mine->capacity / 2, capacity = needed + (half > mine->step ? half : mine->step);
   mine->status = sct_realloc(&mine->index, capacity, sizeof *mine->index, &mine->err);
   if (mine->status == SCT_OK) mine->capacity = capacity;
   return mine->status == SCT_OK;
@@ -128,8 +129,7 @@ static bool list_slice(void *context, int64_t first, int64_t last, int t) {
   return true;
 }
 
-/* -- packing ------------------------------------------------------------------------------------
- */
+/* -- packing ----------------------------------------------------------------------------------- */
 
 static bool copy_slice(void *context, int64_t first, int64_t last, int t) {
   const listing *l = context;
@@ -163,8 +163,7 @@ static sct_status list_all(listing *l, const sct_work *work, sct_error *err) {
   return sct_in_pieces(lists->n, work, "neighbour lists", copy_slice, l, &complete, err);
 }
 
-/* -- lists --------------------------------------------------------------------------------------
- */
+/* -- lists ------------------------------------------------------------------------------------- */
 
 static sct_status check_radii(const sct_search *search, double radius, const double *radii,
                               sct_error *err) {
@@ -189,7 +188,10 @@ sct_status sct_search_lists(const sct_search *search, double radius, const doubl
   if (status == SCT_OK) status = sct_alloc_zero(&l.parts, threads, sizeof *l.parts, err);
   if (status == SCT_OK) status = sct_alloc_zero(&l.lists, 1, sizeof *l.lists, err);
   if (status != SCT_OK) goto done;
-  for (int t = 0; t < threads; t++) sct_feed_init(&l.parts[t].feed, search);
+  for (int t = 0; t < threads; t++) {
+    sct_feed_init(&l.parts[t].feed, search);
+    l.parts[t].step = (l.limit < FEW ? l.limit : FEW) * (search->n / threads);
+  }
   l.lists->n = search->n;
   status = sct_alloc_zero(&l.lists->start, search->n + 1, sizeof *l.lists->start, err);
   if (status == SCT_OK) status = list_all(&l, work, err);

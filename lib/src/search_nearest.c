@@ -2,7 +2,6 @@
  * look around the bundle, that far, settles them all.
  */
 #include <float.h>
-#include <inttypes.h>
 #include <math.h>
 
 #include "alloc.h"

@@ -19,8 +19,7 @@ void sct_scan_close(sct_scan *scan) {
   }
 }
 
-/* -- any machine --------------------------------------------------------------------------------
- */
+/* -- any machine ------------------------------------------------------------------------------- */
 
 static inline double square_of(int dim, const sct_scan *scan, const double *x, int64_t j) {
   double dx = scan->x[0][j] - x[0];
@@ -42,6 +41,14 @@ static inline int64_t hits_plain(int dim, const sct_scan *scan, const double *x,
   return m;
 }
 
+static inline double lesser(double a, double b) {
+  return a < b ? a : b; /* fmin cares for NaN, and is a call */
+}
+
+static inline double least(const double *four) {
+  return lesser(lesser(four[0], four[1]), lesser(four[2], four[3]));
+}
+
 static inline double closest_plain(int dim, const sct_scan *scan, const double *x, int32_t self) {
   double best[4] = {INFINITY, INFINITY, INFINITY, INFINITY};
   for (int64_t j = 0; j < scan->n; j += 4) {
@@ -51,11 +58,10 @@ static inline double closest_plain(int dim, const sct_scan *scan, const double *
       best[l] = counts ? square : best[l];
     }
   }
-  return fmin(fmin(best[0], best[1]), fmin(best[2], best[3]));
+  return least(best);
 }
 
-/* -- x86-64 with AVX2 ---------------------------------------------------------------------------
- */
+/* -- x86-64 with AVX2 -------------------------------------------------------------------------- */
 
 #if WIDE
 /* The same four points at a time, with AVX2: the same operations in the same order, and no fused
@@ -125,7 +131,7 @@ AVX2 double closest_wide(int dim, const sct_scan *scan, const double *at, int32_
   }
   double b[4];
   _mm256_storeu_pd(b, best);
-  return fmin(fmin(b[0], b[1]), fmin(b[2], b[3]));
+  return least(b);
 }
 
 __attribute__((target("avx2"))) static int64_t hits_best(const sct_scan *scan, const double *x,
@@ -157,8 +163,7 @@ static double closest_best(const sct_scan *scan, const double *x, int32_t self) 
 }
 #endif
 
-/* -- choice -------------------------------------------------------------------------------------
- */
+/* -- choice ------------------------------------------------------------------------------------ */
 
 void sct_scan_init(sct_scan *scan, int dim) {
   scan->dim = dim;

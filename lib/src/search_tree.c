@@ -36,8 +36,7 @@ static range node_places(int64_t n, int level, int64_t m) {
   return r;
 }
 
-/* -- build --------------------------------------------------------------------------------------
- */
+/* -- build ------------------------------------------------------------------------------------- */
 
 static sct_status sort_axis(const sct_cloud *cloud, int k, uint64_t *key, int32_t *order,
                             sct_error *err) {
@@ -97,8 +96,7 @@ static double step_of(const sct_search *search) {
   return longest > 0 ? longest / (double)search->n : 1;
 }
 
-static sct_status build(sct_search *search, const sct_cloud *cloud, double radius, sct_error *err) {
-  (void)radius;
+static sct_status build(sct_search *search, const sct_cloud *cloud, sct_error *err) {
   sorted s = {.order = {search->order}};
   uint64_t *key = NULL;
   search->step = step_of(search);
@@ -125,8 +123,7 @@ static void clear(sct_search *search) {
   sct_release(&search->tree.box);
 }
 
-/* -- questions ----------------------------------------------------------------------------------
- */
+/* -- questions --------------------------------------------------------------------------------- */
 
 /* Square of the distance between a box and that of a node. Rounding is monotonic and the
  * operations are those of the distance test, so no two points of them test closer than this. */

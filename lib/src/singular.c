@@ -70,7 +70,7 @@ static void describe(const sct_system *system, const uint8_t *held, int64_t loos
              "isolated group of points?): the solution there is determined up to a constant only",
              loose);
   }
-  for (int64_t row = 0; row < system->unknowns; row++) {
+  for (int64_t row = 0; loose < system->unknowns && row < system->unknowns; row++) {
     if (!held[row]) sct_error_add_point(&cause, system->point_of[row]);
   }
   if (err != NULL) *err = cause;

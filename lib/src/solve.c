@@ -1,10 +1,5 @@
-/* The front of the table of solvers: checks, scales rows, refines, estimates; the packages only
- * factor and substitute.
- *
- * Rows are scaled by powers of two, without rounding, before a package sees them: condition rows
- * and equation rows differ by a factor h or more, and not every package scales. The packages get
- * columns (their substitutions with A are up to a third faster than with the transpose), so a copy
- * is made, and remembers for each entry where its value comes from. */
+/* The front of the table of solvers: checks, refines, estimates; the packages only factor and
+ * substitute, with D A instead of A (solve_matrix.h). */
 #include "scatter/solve.h"
 
 #include <float.h>
@@ -21,20 +16,25 @@ struct sct_solver {
   const sct_solve_kind *kind;
   void *state;             /* of kind */
   sct_solve_matrix scaled; /* D A */
-  int *from;               /* [entries] entry of A behind an entry of D A */
-  double *scale;           /* [n] D, powers of two */
   double tolerance;        /* backward error that needs no refinement */
   double *work;            /* [4][n] scaled right-hand side, residual, its scale, second iterate */
   const sct_csr *a;        /* the factored matrix, borrowed; NULL: none */
   sct_solve_report report;
 };
 
-/* Below, the matrix is taken for singular: no digit of the solution would be sure. Laplacians with
- * fluxes all around (1-D to 3-D, 11 to 1e5 points) come out at 1e-20 to 1.6e-16 by rounding. */
-static const double least_reciprocal_condition = 1e-15;
+/* Below, the matrix is taken for singular: not two digits of the solution would be sure. Operators
+ * with fluxes all around (every scheme, 1-D to 3-D, 11 to 1e5 points) come out at 1e-20 to 1.5e-15
+ * by rounding, sound ones above 1e-8. */
+static const double least_reciprocal_condition = 1e-14;
 
 static const sct_solve_kind *const kinds[] = {&sct_solve_umfpack, &sct_solve_klu};
 enum { KINDS = sizeof kinds / sizeof *kinds };
+
+void sct_solver_prepare(void) {
+  for (int k = 0; k < KINDS; k++) {
+    if (kinds[k]->prepare != NULL) kinds[k]->prepare();
+  }
+}
 
 const char *sct_solver_name(int k) {
   return k >= 0 && k < KINDS ? kinds[k]->name : NULL;
@@ -99,44 +99,6 @@ static sct_status check_pattern(const sct_csr *a, sct_error *err) {
   return SCT_OK;
 }
 
-/* The pattern of A by columns: entries of column j go to start[j] and on, rows ascending. */
-static void transpose_pattern(const sct_csr *a, sct_solve_matrix *m, int *from) {
-  const int entries = (int)sct_csr_entries(a);
-  memset(m->start, 0, (size_t)(m->n + 1) * sizeof *m->start);
-  for (int k = 0; k < entries; k++) m->start[a->column[k] + 1]++;
-  for (int j = 0; j < m->n; j++) m->start[j + 1] += m->start[j];
-  for (int i = 0; i < m->n; i++) {
-    for (int k = (int)a->start[i]; k < a->start[i + 1]; k++) {
-      const int p = m->start[a->column[k]]++; /* start[j] runs to the end of column j ... */
-      m->row[p] = i;
-      m->value[p] = 1;
-      from[p] = k;
-    }
-  }
-  memmove(m->start + 1, m->start, (size_t)m->n * sizeof *m->start); /* ... the start of j + 1 */
-  m->start[0] = 0;
-}
-
-static sct_status copy_pattern(const sct_csr *a, sct_solver *s, sct_error *err) {
-  const int64_t entries = sct_csr_entries(a);
-  s->scaled.n = (int)a->rows;
-  const struct {
-    void *array;
-    int64_t n;
-    size_t size;
-  } arrays[] = {
-      {&s->scaled.start, a->rows + 1, sizeof(int)}, {&s->scaled.row, entries, sizeof(int)},
-      {&s->scaled.value, entries, sizeof(double)},  {&s->from, entries, sizeof(int)},
-      {&s->scale, a->rows, sizeof(double)},         {&s->work, 4 * a->rows, sizeof(double)},
-  };
-  for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++) {
-    sct_status status = sct_alloc(arrays[k].array, arrays[k].n, arrays[k].size, err);
-    if (status != SCT_OK) return status;
-  }
-  transpose_pattern(a, &s->scaled, s->from);
-  return SCT_OK;
-}
-
 sct_status sct_solver_analyse(const sct_csr *a, const sct_solve_options *options,
                               sct_solver **solver, sct_error *err) {
   static const sct_solve_options defaults = {0, "auto", 0};
@@ -152,7 +114,9 @@ sct_status sct_solver_analyse(const sct_csr *a, const sct_solve_options *options
   if (status != SCT_OK) goto done;
   status = sct_alloc_zero(&s, 1, sizeof *s, err);
   if (status != SCT_OK) goto done;
-  status = copy_pattern(a, s, err);
+  status = sct_solve_matrix_pattern(&s->scaled, a, err);
+  if (status != SCT_OK) goto done;
+  status = sct_alloc(&s->work, 4 * a->rows, sizeof *s->work, err);
   if (status != SCT_OK) goto done;
   s->kind = kind;
   s->tolerance = fmax(options->tolerance, DBL_EPSILON);
@@ -171,63 +135,13 @@ void sct_solver_free(sct_solver **solver) {
   sct_solver *s = *solver;
   if (s == NULL) return;
   if (s->state != NULL) s->kind->free(s->state);
-  sct_release(&s->scaled.start);
-  sct_release(&s->scaled.row);
-  sct_release(&s->scaled.value);
-  sct_release(&s->from);
-  sct_release(&s->scale);
+  sct_solve_matrix_clear(&s->scaled);
   sct_release(&s->work);
   sct_release(solver);
 }
 
 const sct_solve_report *sct_solver_report(const sct_solver *solver) {
   return &solver->report;
-}
-
-/* D: brings the largest entry of row i to [1/2, 1). */
-static sct_status find_scale(const sct_csr *a, int64_t i, double *scale, sct_error *err) {
-  double largest = 0;
-  bool finite = true;
-  for (int64_t k = a->start[i]; k < a->start[i + 1]; k++) {
-    largest = fmax(largest, fabs(a->value[k]));
-    finite = finite && isfinite(a->value[k]);
-  }
-  if (!finite) {
-    return sct_fail(err, SCT_E_NOT_FINITE, -1, "row %lld of the matrix is not finite",
-                    (long long)i);
-  }
-  if (largest < DBL_MIN) {
-    return sct_fail(err, SCT_E_SINGULAR, -1, "row %lld of %lld of the matrix is zero", (long long)i,
-                    (long long)a->rows);
-  }
-  int exponent;
-  frexp(largest, &exponent);
-  *scale = ldexp(1, -exponent);
-  return SCT_OK;
-}
-
-/* Values of D A; false if an entry of A is not where it was analysed. */
-static bool copy_values(sct_solver *s, const sct_csr *a) {
-  const sct_solve_matrix *m = &s->scaled;
-  for (int j = 0; j < m->n; j++) {
-    for (int p = m->start[j]; p < m->start[j + 1]; p++) {
-      const int i = m->row[p], k = s->from[p];
-      if (a->column[k] != j || k < a->start[i] || k >= a->start[i + 1]) return false;
-      m->value[p] = s->scale[i] * a->value[k];
-    }
-  }
-  return true;
-}
-
-static sct_status take_values(sct_solver *s, const sct_csr *a, sct_error *err) {
-  const int n = s->scaled.n;
-  bool same = a->rows == n && a->columns == n && sct_csr_entries(a) == s->scaled.start[n];
-  for (int i = 0; same && i < n; i++) {
-    sct_status status = find_scale(a, i, &s->scale[i], err);
-    if (status != SCT_OK) return status;
-  }
-  if (same && copy_values(s, a)) return SCT_OK;
-  return sct_fail(err, SCT_E_ARGUMENT, -1, "the matrix has not the pattern that was analysed");
 }
 
 static double max_abs(const double *x, int n, int *at) {
@@ -268,7 +182,7 @@ sct_status sct_solver_factor(sct_solver *solver, const sct_csr *a, sct_error *er
   const double begin = now();
   const double analysis = solver->a == NULL ? solver->report.seconds_factor : 0;
   solver->a = NULL;
-  sct_status status = take_values(solver, a, err);
+  sct_status status = sct_solve_matrix_values(&solver->scaled, a, err);
   if (status != SCT_OK) return status;
   status = solver->kind->factor(solver->state, &solver->scaled, &solver->report, err);
   if (status != SCT_OK) return status;
@@ -291,10 +205,10 @@ static sct_status substitute(sct_solver *s, const double *b, bool transposed, do
   double *rhs = s->work;
   if (transposed) {
     sct_status status = s->kind->solve(s->state, &s->scaled, b, true, x, err);
-    for (int i = 0; status == SCT_OK && i < n; i++) x[i] *= s->scale[i];
+    for (int i = 0; status == SCT_OK && i < n; i++) x[i] *= s->scaled.scale[i];
     return status;
   }
-  for (int i = 0; i < n; i++) rhs[i] = s->scale[i] * b[i];
+  for (int i = 0; i < n; i++) rhs[i] = s->scaled.scale[i] * b[i];
   return s->kind->solve(s->state, &s->scaled, rhs, false, x, err);
 }
 

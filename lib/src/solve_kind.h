@@ -1,24 +1,18 @@
 /* solve_kind.h - a row of the table of solvers: what a package has to offer to be one.
  *
  * solve.c, the front, has checked everything before a row is called: the matrix is square, its
- * pattern is the analysed one, its rows are scaled to a largest entry in [1/2, 1), all numbers are
- * finite. A row only translates, into the package's calls and back into sct_status.
+ * pattern is the analysed one, its rows are scaled, all numbers are finite. A row only translates,
+ * into the package's calls and back into sct_status.
  */
 #ifndef SCATTER_SOLVE_KIND_H
 #define SCATTER_SOLVE_KIND_H
 
 #include "scatter/solve.h"
-
-/* A scaled copy D A of the caller's matrix, by columns, in the integers of the packages. */
-typedef struct {
-  int n;
-  int *start;    /* [n+1] */
-  int *row;      /* [start[n]] ascending within a column */
-  double *value; /* [start[n]] ones during analysis: packages look at what is not zero */
-} sct_solve_matrix;
+#include "solve_matrix.h"
 
 typedef struct {
   const char *name;
+  void (*prepare)(void); /* takes what the package keeps for good; NULL: nothing */
   /* *state = what the package keeps of the pattern. Sets ordering in the report. */
   sct_status (*analyse)(const sct_solve_matrix *a, const sct_solve_options *options, void **state,
                         sct_solve_report *report, sct_error *err);

@@ -74,4 +74,4 @@ static sct_status solve(void *state, const sct_solve_matrix *a, const double *b,
   return ok ? SCT_OK : failure(s, a, "solve", err);
 }
 
-const sct_solve_kind sct_solve_klu = {"klu", analyse, factor, solve, release};
+const sct_solve_kind sct_solve_klu = {"klu", NULL, analyse, factor, solve, release};

@@ -1,5 +1,6 @@
-/* The only door to UMFPACK: multifrontal LU with dense kernels, for all but the smallest systems.
- */
+/* The only door to UMFPACK, and to the BLAS below it: multifrontal LU with dense kernels, for all
+ * but the smallest systems. */
+#include <cblas.h>
 #include <umfpack.h>
 
 #include "alloc.h"
@@ -98,4 +99,12 @@ static sct_status solve(void *state, const sct_solve_matrix *a, const double *b,
   return code == UMFPACK_OK ? SCT_OK : failure(s, a, "solve", code, err);
 }
 
-const sct_solve_kind sct_solve_umfpack = {"umfpack", analyse, factor, solve, release};
+/* Any triangular solve makes OpenBLAS map its work space, which it never returns. */
+static void prepare(void) {
+  const double one = 1;
+  double x = 1;
+  cblas_dtrsm(CblasColMajor, CblasLeft, CblasLower, CblasNoTrans, CblasUnit, 1, 1, 1, &one, 1, &x,
+              1);
+}
+
+const sct_solve_kind sct_solve_umfpack = {"umfpack", prepare, analyse, factor, solve, release};

@@ -11,7 +11,7 @@
 
 #include "../heat.h"
 #include "../near.h"
-#include "fail_alloc.h"
+#include "scarce.h"
 #include "scatter/march.h"
 
 enum { POINTS = 40 };
@@ -75,12 +75,11 @@ static void fail_each(sct_status (*run)(scenario *, sct_error *), scenario *s) {
   int failures = 0;
   assert_int_equal(run(s, NULL), SCT_OK);
   memcpy(expected, s->x, sizeof expected);
-  for (int64_t n = 1;; n++) {
+  for (int64_t n = 0;; n++) {
     sct_error err = {0};
-    fail_alloc_at(n);
+    scarce_after(n, false);
     const sct_status status = run(s, &err);
-    const bool hit = fail_alloc_hit();
-    fail_alloc_at(0);
+    const bool hit = scarce_end();
     if (status == SCT_OK) {
       for (int64_t i = 0; i < s->system->n; i++) assert_near(s->x[i], expected[i], 1e-9);
     } else {

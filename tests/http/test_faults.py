@@ -29,11 +29,6 @@ def is_dead(pid):
     return not stat.exists() or stat.read_text().rsplit(")", 1)[1].split()[0] == "Z"
 
 
-def is_sanitized():
-    with open(os.environ["SCATTERD_STUB"], "rb") as program:
-        return b"__asan_init" in program.read()
-
-
 class Background:
     """Requests that run while a test goes on."""
 
@@ -85,8 +80,10 @@ class Faults(daemon.Case):
         daemon.wait_until(self.busy, "the request to run")
         os.kill(daemon.children(self.daemon.pid)[0], signal.SIGKILL)
         self.assert_problem(running.wait()[0], 500, "worker died")
-        os.kill(daemon.wait_until(lambda: daemon.children(self.daemon.pid), "a worker")[0],
-                signal.SIGKILL)
+        self.assert_alive()
+        idle = daemon.children(self.daemon.pid)[0]
+        os.kill(idle, signal.SIGKILL)
+        daemon.wait_until(lambda: idle not in daemon.children(self.daemon.pid), "its end")
         self.assert_alive()
 
     def test_time_limit(self):
@@ -164,10 +161,13 @@ class Faults(daemon.Case):
         self.assertEqual(sorted(daemon.descriptors(worker)), [0, 1, 2, 3])
 
 
-LATTICE = {"inputs": {"cloud": {"lattice": {"lower": [0] * 3, "upper": [1] * 3,
-                                            "cells": [40] * 3}},
-                      "diffusivity": 1, "source": 1,
-                      "boundary": [{"on": "boundary", "type": "dirichlet", "value": 0}]}}
+def solve(cells):
+    """A request to solve Poisson's equation on a lattice."""
+    return json.dumps({"inputs": {
+        "cloud": {"lattice": {"lower": [0] * len(cells), "upper": [1] * len(cells),
+                              "cells": cells}},
+        "diffusivity": 1, "source": 1,
+        "boundary": [{"on": "boundary", "type": "dirichlet", "value": 0}]}})
 
 
 class SlowSolve(daemon.Case):
@@ -176,27 +176,28 @@ class SlowSolve(daemon.Case):
     options = ["--workers", "1", "--seconds", "0.3"]
 
     def test_time_limit(self):
-        problem = self.assert_problem(self.execute(json.dumps(LATTICE)), 504, "0.3 s", "in phase")
-        self.assertRegex(problem["detail"], "in phase (search|stencil|assemble|factor|solve) ")
+        problem = self.assert_problem(self.execute(solve([40, 40, 40])), 504,
+                                      "0.3 s", "in phase")
+        self.assertRegex(problem["detail"], "in phase [a-z ]+ after")
         small = {"inputs": {"message": "alive"}}
         reply = self.execute(json.dumps(small), "/processes/echo/execution")
         self.assertEqual(reply.json["message"], "alive")
 
 
-@unittest.skipIf(is_sanitized(), "the sanitizer needs all address space for itself")
+@unittest.skipIf(daemon.is_sanitized(), "the sanitizer needs all address space for itself")
 class LargeSolve(daemon.Case):
     stub = False
-    options = ["--workers", "1", "--memory-bytes", "300MiB"]
+    options = ["--workers", "1", "--memory-bytes", "450MiB"]
 
     def test_memory_limit(self):
-        self.assert_problem(self.execute(json.dumps(LATTICE)), 422, str(300 << 20))
-        self.daemon.wait_for_log(r"status=422 .* points=68921")
+        self.assert_problem(self.execute(solve([1900000])), 422, str(450 << 20))
+        self.daemon.wait_for_log(r"status=422 .* points=1900001")
 
 
 class Hog(daemon.Case):
     options = ["--workers", "1", "--memory-bytes", "512MiB"]
 
-    @unittest.skipIf(is_sanitized(), "the sanitizer needs all address space for itself")
+    @unittest.skipIf(daemon.is_sanitized(), "the sanitizer needs all address space for itself")
     def test_memory_limit(self):
         for _ in range(2):
             self.assert_problem(self.execute("hog"), 422, "memory-bytes", str(512 << 20))
@@ -206,10 +207,11 @@ class Hog(daemon.Case):
 
 
 class Queue(daemon.Case):
-    options = ["--workers", "2", "--queue", "3", "--recycle", "5"]
+    options = ["--workers", "2", "--queue", "3"]
 
     def test_more_than_workers_and_queue_hold(self):
-        running = Background(self, *["sleep 2"] * 9)
+        daemon.wait_until(lambda: self.get("/readyz").json["workers"] == 2, "both workers")
+        running = Background(self, *["sleep 4"] * 9)
         replies = running.wait()
         self.assertEqual(sorted(reply.status for reply in replies), [200] * 5 + [503] * 4)
         for reply in replies:
@@ -217,7 +219,11 @@ class Queue(daemon.Case):
                 self.assert_problem(reply, 503, "queue")
                 self.assertGreaterEqual(int(reply.headers["Retry-After"]), 1)
 
-    def test_recycling(self):
+
+class Recycling(daemon.Case):
+    options = ["--recycle", "5"]
+
+    def test_workers_are_replaced(self):
         before = set(daemon.children(self.daemon.pid))
         for k in range(20):
             self.assertEqual(self.execute(str(k)).body, str(k).encode())

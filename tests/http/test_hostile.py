@@ -1,5 +1,6 @@
 """What is no HTTP, too much of it, or HTTP in odd ways."""
 
+import contextlib
 import os
 import random
 import socket
@@ -134,6 +135,32 @@ class Many(daemon.Case):
         for plain in idle:
             plain.close()
         self.assertEqual(self.execute("alive").body, b"alive")
+
+
+class PerAddress(daemon.Case):
+    options = ["--connections-per-address", "5"]
+
+    def test_one_address_gets_no_more(self):
+        held = []
+
+        def hold():
+            """One more that serves; those that closed may be counted for a moment still."""
+            plain = self.daemon.raw()
+            with contextlib.suppress(ConnectionError):
+                plain.sendall(GET + b"\r\n")
+                if plain.recv(1000).startswith(b"HTTP/1.1 200 "):
+                    held.append(plain)
+                    return True
+            plain.close()
+            return False
+        for _ in range(5):
+            daemon.wait_until(hold, "a connection that serves")
+        with self.daemon.raw() as sixth:
+            self.assertEqual(daemon.read_all(sixth), b"")
+        for plain in held:
+            plain.close()
+        daemon.wait_until(hold, "room again")
+        held[-1].close()
 
 
 if __name__ == "__main__":

@@ -82,6 +82,7 @@ static void test_bad_values(void **state) {
       {"body-bytes", "1KiBx", "1KiBx", "bytes"},
       {"body-bytes", "0", "\"0\"", "bytes"},
       {"points", "99999999999", "99999999999", "2147483647"},
+      {"depth", "501", "501", "1 to 500"},
       {"seconds", "-1", "-1", "0.01"},
       {"seconds", "inf", "inf", "number"},
       {"listen", "", "empty", "listen"},

@@ -10,7 +10,7 @@
 
 #include <cmocka.h>
 
-#include "../clouds.h"
+#include "clouds.h"
 #include "scatter/search.h"
 
 static const sct_search_method methods[] = {SCT_SEARCH_GRID, SCT_SEARCH_TREE, SCT_SEARCH_AUTO};
@@ -136,9 +136,62 @@ static void every_cloud(void **state) {
   }
 }
 
+/* Few points: every number from one on, so that leaves and cells come in every filling. */
+static void every_small_number(void **state) {
+  (void)state;
+  for (int64_t n = 1; n <= 40; n++) {
+    for (int dim = 1; dim <= 3; dim++) {
+      sct_cloud cloud = cloud_make(CLOUD_UNIFORM, dim, n, (uint64_t)n);
+      for (int m = 0; m < METHODS; m++) check_all(&cloud, 0.3, 0, methods[m]);
+      cloud_free(&cloud);
+    }
+  }
+}
+
+/* More neighbours than are tested at a time. */
+static void crowds(void **state) {
+  (void)state;
+  const int kinds[] = {CLOUD_UNIFORM, CLOUD_SPECK, CLOUD_LINE};
+  for (int k = 0; k < 3; k++) {
+    sct_cloud cloud = cloud_make(kinds[k], 3, 2600, 5);
+    for (int m = 0; m < METHODS; m++) {
+      sct_search *search = build(&cloud, 0, methods[m]);
+      check_lists(&cloud, search, 0.8, NULL);
+      check_around(&cloud, search, cloud.x + 30, 0.8);
+      check_nearest(&cloud, search);
+      sct_search_free(&search);
+    }
+    cloud_free(&cloud);
+  }
+}
+
+/* A neighbour at the radius is none. */
+static void is_strict(void **state) {
+  (void)state;
+  const int64_t within_two[] = {2, 8, 26};
+  for (int dim = 1; dim <= 3; dim++) {
+    sct_lattice l = {dim, {0, 0, 0}, {6, 6, 6}, {6, 6, 6}, 0, 0};
+    double x[343 * 3];
+    sct_lattice_points(&l, x);
+    sct_cloud cloud = {dim, sct_lattice_count(&l), x};
+    for (int m = 0; m < METHODS; m++) {
+      sct_search *search = build(&cloud, 2, methods[m]);
+      sct_lists *lists;
+      assert_int_equal(sct_search_lists(search, 2, NULL, 100, NULL, &lists, NULL), SCT_OK);
+      int64_t middle = cloud.n / 2;
+      assert_int_equal(lists->start[middle + 1] - lists->start[middle], within_two[dim - 1]);
+      sct_lists_free(&lists);
+      sct_search_free(&search);
+    }
+  }
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(every_cloud),
+      cmocka_unit_test(every_small_number),
+      cmocka_unit_test(crowds),
+      cmocka_unit_test(is_strict),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -466,6 +466,44 @@ static void automatic_choice(void **state) {
   }
 }
 
+/* Seven-point stencil on a cube of `side` points: which ordering for which dimension. */
+static sct_csr *cube(int side) {
+  const int n = side * side * side, step[] = {1, side, side * side};
+  sct_csr *a = NULL;
+  int64_t k = 0;
+  assert_int_equal(sct_csr_new(n, n, 7 * n, &a, NULL), SCT_OK);
+  for (int i = 0; i < n; i++) {
+    for (int m = -3; m <= 3; m++) {
+      const int size = m == 0 ? 0 : step[abs(m) - 1], j = m < 0 ? i - size : i + size;
+      const int place = m == 0 ? 0 : i / size % side, last = m < 0 ? 0 : side - 1;
+      if (m != 0 && place == last) continue;
+      a->column[k] = j;
+      a->value[k++] = m == 0 ? 6 : -1;
+    }
+    a->start[i + 1] = k;
+  }
+  return a;
+}
+
+/* The symmetric strategy shows in "amd", the slow one would be "colamd". */
+static void orderings(void **state) {
+  (void)state;
+  const struct {
+    int side, dim;
+    const char *ordering;
+  } rows[] = {{15, 2, "amd"}, {15, 3, "metis"}, {14, 3, "amd"}};
+  for (size_t r = 0; r < sizeof rows / sizeof *rows; r++) {
+    sct_csr *a = cube(rows[r].side);
+    sct_solver *solver = NULL;
+    const sct_solve_options options = {rows[r].dim, "umfpack", 0};
+    assert_int_equal(sct_solver_analyse(a, &options, &solver, NULL), SCT_OK);
+    assert_string_equal(sct_solver_report(solver)->ordering, rows[r].ordering);
+    assert_int_equal(sct_solver_factor(solver, a, NULL), SCT_OK);
+    sct_solver_free(&solver);
+    sct_csr_free(&a);
+  }
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(dominant),
@@ -486,6 +524,7 @@ int main(void) {
       cmocka_unit_test(condition_estimate),
       cmocka_unit_test(refinement),
       cmocka_unit_test(automatic_choice),
+      cmocka_unit_test(orderings),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

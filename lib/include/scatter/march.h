@@ -69,8 +69,10 @@ typedef struct {
  *   dt = min_i 2 / (A_ii + sum_(j != i) |A_ij|) = min_i 2 / (sum_j a_ij + k_i + sum_j |a_ij|)
  * over the columns of matrix and coupling; for ps this is [H16] eq. 39d, 44c, 48c with C_D = 1, the
  * minimum taken. `point` (may be NULL) gets the point that sets it, or -1. Infinity if no row
- * bounds it. Sufficient, not necessary: dense neighbourhoods bear somewhat more. Cost O(entries).
- * Proof: unit.march */
+ * bounds it. Where all a_ij >= 0 this is sufficient and nearly necessary; it bounds real
+ * eigenvalues only, so convection without upwinding beyond a cell Peclet number |u| h / mu of 2 is
+ * not stable up to it (in one dimension it also needs dt <= 2 mu / u^2), which the march sees by
+ * growth. Cost O(entries). Proof: unit.march */
 double sct_march_stable_step(const sct_system *system, int64_t *point);
 
 /* Marches phi [n], the initial values (Dirichlet points: theirs), in place from start to end;

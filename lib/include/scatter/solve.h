@@ -36,6 +36,11 @@ typedef struct {
 
 typedef struct sct_solver sct_solver; /* opaque; borrows the matrix until the next factor */
 
+/* Has the packages take now what they keep for good: OpenBLAS some 130 MB of address space, for which
+ * it waits forever where there is none. For a process whose address space is limited, at its start.
+ * Proof: http.faults */
+void sct_solver_prepare(void);
+
 /* Names of the table's rows, NULL past the end. */
 const char *sct_solver_name(int k);
 
@@ -52,7 +57,7 @@ SCT_NODISCARD sct_status sct_solver_analyse(const sct_csr *a, const sct_solve_op
 /* Factors the values of `a`, whose pattern must be the analysed one (else SCT_E_ARGUMENT); called
  * again it replaces the factors, also on failure. `a` is borrowed until the next factor or free,
  * for residuals. Rows are scaled before. A zero row or pivot, or a reciprocal condition below
- * 1e-16, is SCT_E_SINGULAR with err->point = -1; the caller, who knows the points, adds the cause.
+ * 1e-14, is SCT_E_SINGULAR with err->point = -1; the caller, who knows the points, adds the cause.
  * SCT_E_NOT_FINITE, SCT_E_MEMORY. Cost: the factorisation and two solves, which estimate the
  * condition. Proof: unit.solve, fault.solve */
 SCT_NODISCARD sct_status sct_solver_factor(sct_solver *solver, const sct_csr *a, sct_error *err);

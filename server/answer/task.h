@@ -8,7 +8,7 @@
 #define SCATTERD_TASK_H
 
 #include "doc.h"
-#include "limits.h"
+#include "limit.h"
 #include "problem.h"
 #include "scatter/status.h"
 #include "stopwatch.h"

@@ -85,8 +85,10 @@ static void get_healthz(const service *s, exchange *x) {
 }
 
 static void get_readyz(const service *s, exchange *x) {
-  if (pool_ready(s->pool) > 0) {
-    exchange_text(x, 200, media_type(MEDIA_JSON), "{\"status\":\"ready\"}");
+  const int up = pool_ready(s->pool);
+  char *bytes = NULL;
+  if (up > 0 && asprintf(&bytes, "{\"status\":\"ready\",\"workers\":%d}", up) > 0) {
+    exchange_bytes(x, 200, media_type(MEDIA_JSON), bytes, strlen(bytes));
     return;
   }
   exchange_add(x, "Retry-After", "1");

@@ -11,7 +11,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "limits.h"
+#include "limit.h"
 #include "media.h"
 
 enum { IPC_SOCKET = 3 }; /* the worker's end */

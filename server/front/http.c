@@ -433,6 +433,12 @@ static void on_ready(void *self, uint32_t events) {
   MHD_run(h->mhd);
 }
 
+/* Seconds without traffic after which libmicrohttpd closes. It sends no 408, so our own patience
+ * must end first; what is left to it are clients that do not read. */
+static unsigned patience(const parameters *set) {
+  return (unsigned)ceil(fmax(set->idle_seconds, set->receive_seconds)) + 2;
+}
+
 http *http_new(loop *l, const parameters *set, int listener, const char *host,
                const http_handler *handler, fault *why) {
   http *h = calloc(1, sizeof *h);
@@ -441,15 +447,14 @@ http *http_new(loop *l, const parameters *set, int listener, const char *host,
   h->source = (loop_source){on_ready, h};
   h->drain = drain_new(l);
   if (h->drain == NULL) goto failed;
-  h->mhd = MHD_start_daemon(MHD_USE_EPOLL | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ERROR_LOG, 0, NULL,
-                            NULL, on_access, h, MHD_OPTION_EXTERNAL_LOGGER, on_message, NULL,
-                            MHD_OPTION_LISTEN_SOCKET, listener, MHD_OPTION_CONNECTION_LIMIT,
-                            (unsigned)set->connections, MHD_OPTION_PER_IP_CONNECTION_LIMIT,
-                            (unsigned)set->connections_per_address, MHD_OPTION_CONNECTION_TIMEOUT,
-                            (unsigned)ceil(set->idle_seconds), MHD_OPTION_CONNECTION_MEMORY_LIMIT,
-                            (size_t)(4 * set->header_bytes), MHD_OPTION_URI_LOG_CALLBACK, on_target,
-                            h, MHD_OPTION_NOTIFY_COMPLETED, on_completed, h,
-                            MHD_OPTION_NOTIFY_CONNECTION, on_connection, h, MHD_OPTION_END);
+  h->mhd = MHD_start_daemon(
+      MHD_USE_EPOLL | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ERROR_LOG, 0, NULL, NULL, on_access, h,
+      MHD_OPTION_EXTERNAL_LOGGER, on_message, NULL, MHD_OPTION_LISTEN_SOCKET, listener,
+      MHD_OPTION_CONNECTION_LIMIT, (unsigned)set->connections, MHD_OPTION_PER_IP_CONNECTION_LIMIT,
+      (unsigned)set->connections_per_address, MHD_OPTION_CONNECTION_TIMEOUT, patience(set),
+      MHD_OPTION_CONNECTION_MEMORY_LIMIT, (size_t)(4 * set->header_bytes),
+      MHD_OPTION_URI_LOG_CALLBACK, on_target, h, MHD_OPTION_NOTIFY_COMPLETED, on_completed, h,
+      MHD_OPTION_NOTIFY_CONNECTION, on_connection, h, MHD_OPTION_END);
   if (h->mhd == NULL) goto failed;
   h->epoll = MHD_get_daemon_info(h->mhd, MHD_DAEMON_INFO_EPOLL_FD)->epoll_fd;
   if (!loop_watch(l, h->epoll, EPOLLIN, &h->source)) goto failed;

@@ -1,6 +1,6 @@
-/* limits.h - what one request may use. Values come from the parameter table (param.c). */
-#ifndef SCATTERD_LIMITS_H
-#define SCATTERD_LIMITS_H
+/* limit.h - what one request may use. Values come from the parameter table (param.c). */
+#ifndef SCATTERD_LIMIT_H
+#define SCATTERD_LIMIT_H
 
 #include <stdint.h>
 

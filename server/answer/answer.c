@@ -9,6 +9,7 @@
 #include "expression.h"
 #include "inflate.h"
 #include "perform.h"
+#include "scatter/solve.h"
 
 /* Problems */
 
@@ -156,6 +157,10 @@ static void reply_to(const ask *a, const process *p, const doc *root, task *t, r
   }
   if (t->cloud) r->points = t->cloud->cloud.n;
   perform_clear(&f);
+}
+
+void answer_prepare(void) {
+  sct_solver_prepare();
 }
 
 void answer(const ask *a, reply *r) {

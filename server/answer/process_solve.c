@@ -92,7 +92,10 @@ static sct_status factor(task *t, solve *s) {
   bool is_suspicious = status == SCT_E_SINGULAR ||
                        (!status && sct_solver_report(s->solver)->reciprocal_condition < SUSPICIOUS);
   /* where the cause is known it replaces what the solver says */
-  if (is_suspicious && sct_system_explain(s->system, &t->error)) return SCT_E_SINGULAR;
+  if (is_suspicious && sct_system_explain(s->system, &t->error)) {
+    if (t->error.count == 0) t->blame = "/inputs/boundary"; /* no point more than another */
+    return SCT_E_SINGULAR;
+  }
   return status;
 }
 

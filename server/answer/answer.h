@@ -10,7 +10,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "limits.h"
+#include "limit.h"
 #include "media.h"
 
 typedef struct {
@@ -34,6 +34,9 @@ typedef struct {
   size_t size;
   int64_t points; /* of the cloud, 0 if there was none; for the log */
 } reply;
+
+/* Takes what answers will keep for good; a worker calls it once, before anything else. */
+void answer_prepare(void);
 
 /* Answers. Never fails: what goes wrong is a problem document in the reply. The caller frees
  * reply->bytes. */

@@ -9,7 +9,7 @@
 #include <stdio.h>
 
 #include "fault.h"
-#include "limits.h"
+#include "limit.h"
 
 enum { PARAM_TEXT = 1024 };
 

@@ -182,6 +182,7 @@ static void write_system(emit *e, const diagnostics *d) {
   emit_end(e);
   member_integer(e, "widened", d->system->widened);
   member_integer(e, "fallback", d->system->fallback);
+  member_integer(e, "loose", d->system->loose);
   write_solver(e, &d->solve);
   if (d->is_transient) write_march(e, &d->march);
 }

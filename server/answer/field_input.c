@@ -32,9 +32,10 @@ static bool component_is_finite(task *t, const field *f, int a) {
   }
   if (first < 0) return true;
   name_site(&f->on, first, where, sizeof where);
-  problem_add(&t->complaints, f->pointer[a],
-              "is %g at %s and at %lld other points, needs a finite number",
-              f->value[first * f->components + a], where, (long long)others);
+  char more[64] = "";
+  if (others > 0) snprintf(more, sizeof more, " and not finite at %lld more", (long long)others);
+  problem_add(&t->complaints, f->pointer[a], "is %g at %s%s, needs a finite number",
+              f->value[first * f->components + a], where, more);
   return false;
 }
 
@@ -44,7 +45,7 @@ static bool evaluate(task *t, field *f, int a, double time) {
   if (!l) return false;
   if (!expression_evaluate(l, &f->component[a], c->cloud.dim, c->cloud.x, f->on.place, f->on.n,
                            time, f->value + a, f->components)) {
-    (void)sct_fail(&t->error, SCT_E_MEMORY, -1, "out of memory");
+    (void)sct_fail(&t->error, SCT_E_MEMORY, -1, "no room for the data of the request");
     return false;
   }
   return component_is_finite(t, f, a);

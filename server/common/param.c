@@ -7,6 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "doc.h"
 #include "log.h"
 
 typedef enum { TEXT, URL, COUNT, BYTES, SECONDS, LEVEL } kind;
@@ -61,7 +62,7 @@ static const parameter table[] = {
      "bodies above this go to a file in data-dir instead of memory"},
     {"decoded-bytes", BYTES, "bytes", AT(limits.decoded_bytes), "1GiB", 1, NO_END,
      "body after its Content-Encoding is undone"},
-    {"depth", COUNT, "levels", AT(limits.depth), "64", 1, 10000, "nesting of a body"},
+    {"depth", COUNT, "levels", AT(limits.depth), "64", 1, DOC_DEPTH_MAX, "nesting of a body"},
     {"nodes", COUNT, "", AT(limits.nodes), "1000000", 1, NO_END,
      "values of a body, an array of numbers being one"},
     {"points", COUNT, "", AT(limits.points), "2000000", 1, 2147483647, "points of a cloud"},

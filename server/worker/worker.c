@@ -98,6 +98,7 @@ static bool serve(const ipc_ask *question, int fd) {
 
 int worker_main(void) {
   const ipc_news ready = {.kind = IPC_READY};
+  answer_prepare();
   if (!ipc_send(IPC_SOCKET, &ready, sizeof ready, -1)) {
     fputs("scatterd: a worker is started by the daemon only\n", stderr);
     return 2;
