@@ -127,7 +127,7 @@ static void with_scheme(int scheme) {
 
 static void each_scheme(attempt *run, int at_least) {
   for (int scheme = 0; scheme < SCT_SCHEME_COUNT; scheme++) {
-    for (threads = 1; threads <= 2; threads++) {
+    for (threads = 1; threads <= (scheme == SCT_LSMPS ? 2 : 1); threads++) {
       with_scheme(scheme);
       fail_each(run, at_least);
     }
