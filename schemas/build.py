@@ -15,12 +15,17 @@ import json
 import pathlib
 
 import page
+import study
 
 HERE = pathlib.Path(__file__).resolve().parent
 RELATION = "http://www.opengis.net/def/rel/ogc/1.0/"
 CONFORMANCE = "http://www.opengis.net/spec/ogcapi-processes-1/1.0/conf/"
 CLASSES = ["core", "json", "oas30", "ogc-process-description"]
-PROCESSES = ["solve", "apply", "diagnose", "echo"]
+PROCESSES = ["solve", "apply", "diagnose", "study", "echo"]
+CASES = [
+    *("laplace", "smooth", "gartland", "smith-hutton", "skew", "three-point"),
+    *("sine-1d", "sine-2d", "sine-3d", "diffusion-1d", "diffusion-2d", "diffusion-3d"),
+]
 JSON = "application/json"
 CBOR = "application/cbor"
 PROBLEM = "application/problem+json"
@@ -45,8 +50,14 @@ def schema_names():
 
 
 def process(name):
-    """Source of a process description."""
-    return load(f"processes/{name}.json")
+    """Source of a process description; that of study is completed from its cases."""
+    source = load(f"processes/{name}.json")
+    return study.complete(source, cases()) if name == "study" else source
+
+
+def cases():
+    """The cases of study by name."""
+    return {name: load(f"cases/{name}.json") for name in CASES}
 
 
 def inline(schema):

@@ -1,11 +1,13 @@
 #!/usr/bin/env python3
 """Writes a C file that holds documents as the table of document.h.
 
-    embed.py OUTPUT.c DIRECTORY [FILE...]
+    embed.py documents OUTPUT.c DIRECTORY [FILE...]
+    embed.py study_documents OUTPUT.c FILE...
 
-takes every .json and .html file below DIRECTORY by its path within it, and each FILE by its name.
+The first takes every .json and .html file below DIRECTORY by its path within it, and each FILE by its name.
 Of processes.json, shortened lists processes-1.json, processes-2.json, ... are added for
-GET /processes?limit=N, so that the daemon need not take JSON apart.
+GET /processes?limit=N, so that the daemon need not take JSON apart. The second takes JSON files by
+their names without suffix.
 """
 
 import json
@@ -33,6 +35,10 @@ def gather(directory, files):
     return found
 
 
+def minified(text):
+    return json.dumps(json.loads(text), separators=(",", ":")).encode()
+
+
 def literal(data):
     """A C string literal. Octal escapes, always of three digits, swallow nothing that follows."""
     special = {ord('"'): '\\"', ord("\\"): "\\\\", ord("?"): "\\?"}
@@ -44,12 +50,23 @@ def literal(data):
     return "\n    ".join(lines) or '""'
 
 
+def table(name, found):
+    """The C file: a table `name` of documents, and how many there are."""
+    rows = [f'    {{"{key}",\n    {literal(data)},\n    {len(data)}}},\n'
+            for key, data in sorted(found.items())]
+    count = f"{name.removesuffix('s')}_count"
+    return (f'#include "document.h"\n\nconst document {name}[] = {{\n' + "".join(rows) +
+            f"}};\n\nconst size_t {count} = sizeof {name} / sizeof *{name};\n")
+
+
 def main():
-    out, directory, *files = map(pathlib.Path, sys.argv[1:])
-    rows = [f'    {{"{name}",\n    {literal(data)},\n    {len(data)}}},\n'
-            for name, data in sorted(gather(directory, files).items())]
-    out.write_text('#include "document.h"\n\nconst document documents[] = {\n' + "".join(rows) +
-                   "};\n\nconst size_t document_count = sizeof documents / sizeof *documents;\n")
+    name, out, *files = sys.argv[1:]
+    files = [pathlib.Path(file) for file in files]
+    if name == "documents":
+        found = gather(files[0], files[1:])
+    else:
+        found = {path.stem: minified(path.read_bytes()) for path in files}
+    pathlib.Path(out).write_text(table(name, found))
 
 
 if __name__ == "__main__":

@@ -33,6 +33,11 @@ def program(stub):
     return os.environ["SCATTERD_STUB" if stub else "SCATTERD"]
 
 
+def is_sanitized():
+    """Is the daemon built with AddressSanitizer?"""
+    return b"__asan_init" in pathlib.Path(program(stub=False)).read_bytes()
+
+
 def wait_until(condition, what, seconds=PATIENCE):
     """Polls until condition() is true and returns what it returned."""
     end = time.monotonic() + seconds

@@ -29,11 +29,6 @@ def is_dead(pid):
     return not stat.exists() or stat.read_text().rsplit(")", 1)[1].split()[0] == "Z"
 
 
-def is_sanitized():
-    with open(os.environ["SCATTERD_STUB"], "rb") as program:
-        return b"__asan_init" in program.read()
-
-
 class Background:
     """Requests that run while a test goes on."""
 
@@ -189,7 +184,7 @@ class SlowSolve(daemon.Case):
         self.assertEqual(reply.json["message"], "alive")
 
 
-@unittest.skipIf(is_sanitized(), "the sanitizer needs all address space for itself")
+@unittest.skipIf(daemon.is_sanitized(), "the sanitizer needs all address space for itself")
 class LargeSolve(daemon.Case):
     stub = False
     options = ["--workers", "1", "--memory-bytes", "450MiB"]
@@ -202,7 +197,7 @@ class LargeSolve(daemon.Case):
 class Hog(daemon.Case):
     options = ["--workers", "1", "--memory-bytes", "512MiB"]
 
-    @unittest.skipIf(is_sanitized(), "the sanitizer needs all address space for itself")
+    @unittest.skipIf(daemon.is_sanitized(), "the sanitizer needs all address space for itself")
     def test_memory_limit(self):
         for _ in range(2):
             self.assert_problem(self.execute("hog"), 422, "memory-bytes", str(512 << 20))

@@ -36,9 +36,9 @@ typedef struct {
 
 typedef struct sct_solver sct_solver; /* opaque; borrows the matrix until the next factor */
 
-/* Has the packages take now what they keep for good: OpenBLAS some 130 MB of address space, for which
- * it waits forever where there is none. For a process whose address space is limited, at its start.
- * Proof: http.faults */
+/* Has the packages take now what they keep for good: OpenBLAS some 130 MB of address space, for
+ * which it waits forever where there is none. For a process whose address space is limited, at its
+ * start. Proof: http.faults */
 void sct_solver_prepare(void);
 
 /* Names of the table's rows, NULL past the end. */

@@ -152,12 +152,12 @@ void sct_room_free(sct_room **room);
  * more than unknowns with the fit's condition number at most 12 (degree 3: 50, 4: 300; ten times
  * that for what is solved with). To be solved with, sum |l| / sum l has to be at most 1.5, and
  * sum |c| / |sum c| of a normal derivative c at most 3 in 2-D (degree 3: 4.6, 4: 7.3; three tenths
- * less in 1-D and more in 3-D) with a negative sum. If not, the support is widened to 2.0, 2.5, 3.1,
- * 3.6, 4.1, 5.1, 6.5, 8.2, 11, 16, 23, 32 h (those beyond its own, up to the limit of neighbours);
- * then a fit is tried with weight w on the same supports, and of all the fits so far the one with
- * the least such quotient is taken if that is at most 15: it is still exact for its degree. If there
- * is none, a fit of degree 2 and last an ips row stand in for lsmps; else SCT_E_DEFICIENT.
- * Proof: verify.stencil (exactness), unit.stencil (degenerate neighbourhoods) */
+ * less in 1-D and more in 3-D) with a negative sum. If not, the support is widened
+ * to 2.0, 2.5, 3.1, 3.6, 4.1, 5.1, 6.5, 8.2, 11, 16, 23, 32 h (those beyond its own, up to the
+ * limit of neighbours); then a fit is tried with weight w on the same supports, and of all the fits
+ * so far the one with the least such quotient is taken if that is at most 15: it is still exact for
+ * its degree. If there is none, a fit of degree 2 and last an ips row stand in for lsmps; else
+ * SCT_E_DEFICIENT. Proof: verify.stencil (exactness), unit.stencil (degenerate neighbourhoods) */
 SCT_NODISCARD sct_status sct_stencil_row(const sct_stencil *stencil, int64_t i,
                                          const sct_row_request *request, sct_room *room,
                                          sct_row *row, sct_error *err);

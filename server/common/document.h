@@ -11,7 +11,10 @@ typedef struct {
   size_t size;
 } document;
 
-extern const document documents[];
+extern const document documents[]; /* what the front serves */
 extern const size_t document_count;
+
+extern const document study_documents[]; /* cases of process study, by case */
+extern const size_t study_document_count;
 
 #endif

@@ -158,7 +158,8 @@ static language *language_new(const doc *parameters, int threads) {
 
 language *language_of(task *t) {
   if (!t->language) t->language = language_new(t->parameters, t->work.threads);
-  if (!t->language) (void)sct_fail(&t->error, SCT_E_MEMORY, -1, "no room for the data of the request");
+  if (!t->language)
+    (void)sct_fail(&t->error, SCT_E_MEMORY, -1, "no room for the data of the request");
   return t->language;
 }
 

@@ -3,7 +3,8 @@
 #include <string.h>
 
 static void *out_of_memory(task *t) {
-  if (!t->error.code) (void)sct_fail(&t->error, SCT_E_MEMORY, -1, "no room for the data of the request");
+  if (!t->error.code)
+    (void)sct_fail(&t->error, SCT_E_MEMORY, -1, "no room for the data of the request");
   return NULL;
 }
 
