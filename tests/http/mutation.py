@@ -1,6 +1,7 @@
 """Random damage to execute requests, first to what they say, then to the bytes that say it.
 
-    make(seed, 17)    the 17th request of a seed, always the same: process, format, body
+    make(seed, 17)                the 17th request of a seed, always the same
+    python3 mutation.py SEED 17   its body, to standard output
 
 Requests are the good examples of schemas/examples; JSON and CBOR come from the Python client's
 encoder, so that CBOR has typed arrays. Of the requests 60 % are damaged in their structure (half of
@@ -242,3 +243,7 @@ def make(seed, number):
     if what > 0.6:
         damage_bytes(source, body, BYTES[form])
     return Request(process, form, bytes(body))
+
+
+if __name__ == "__main__":
+    sys.stdout.buffer.write(make(int(sys.argv[1]), int(sys.argv[2])).body)

@@ -194,6 +194,18 @@ class LargeSolve(daemon.Case):
         self.daemon.wait_for_log(r"status=422 .* points=1900001")
 
 
+@unittest.skipIf(daemon.is_sanitized(), "the sanitizer needs all address space for itself")
+class LargeFactors(daemon.Case):
+    """Memory that runs out inside a factorisation, where the BLAS would wait for its own forever."""
+    stub = False
+    options = ["--workers", "1", "--memory-bytes", "300MiB"]
+
+    def test_memory_limit(self):
+        self.assert_problem(self.execute(solve([40, 40, 40])), 422, str(300 << 20))
+        small = self.execute(solve([4, 4, 4]))
+        self.assertEqual(small.status, 200, small.body)
+
+
 class Hog(daemon.Case):
     options = ["--workers", "1", "--memory-bytes", "512MiB"]
 

@@ -3,7 +3,7 @@ says what is wrong, and in the end the daemon is as it was: same workers, no mor
 descriptors.
 
 SCATTERD_MUTATIONS (10000) and SCATTERD_SEED (random, printed) repeat a run; request number K of a
-seed is always the same: mutation.make(SEED, K).
+seed is always the same: `python3 mutation.py SEED K`.
 """
 
 import collections
@@ -154,13 +154,14 @@ class Mutation(daemon.Case):
               f"bytes grown by front, workers: {grown}", flush=True)
         self.assertEqual(pids_after, pids)
         self.assertEqual(descriptors_after, descriptors)
-        if not daemon.is_sanitized():  # which keeps freed memory, and looks for leaks itself
-            self.assertLess(max(grown), GROWTH)
         self.assertEqual(sum(statuses.values()), MUTATIONS)
-        self.assertGreater(statuses[200], MUTATIONS / 20)
-        self.assertGreater(statuses[400], MUTATIONS / 4)
-        self.assertGreater(statuses[422], 0)
         self.assertNotIn("level=error", "\n".join(self.daemon.log))
+        if MUTATIONS >= 1000:  # enough for memory to settle, and for every kind of damage
+            # A sanitizer keeps freed memory, and looks for leaks itself at the end.
+            self.assertLess(0 if daemon.is_sanitized() else max(grown), GROWTH)
+            self.assertGreater(statuses[200], MUTATIONS / 10)
+            self.assertGreater(statuses[400], MUTATIONS / 4)
+            self.assertGreater(statuses[422], MUTATIONS / 1000)
 
 
 if __name__ == "__main__":
