@@ -33,12 +33,12 @@ static void prefer_huge_pages(void *memory, size_t bytes) {
 #endif
 }
 
-sct_status sct_alloc(void *out, int64_t n, size_t size, sct_error *err) {
+static sct_status take(void *out, int64_t n, size_t size, bool zeroed, sct_error *err) {
   size_t bytes = 0;
   void *memory = NULL;
   sct_status status = bytes_of(n, size, &bytes, err);
   if (status == SCT_OK) {
-    memory = malloc(bytes);
+    memory = zeroed ? calloc(bytes, 1) : malloc(bytes);
     prefer_huge_pages(memory, bytes);
     if (memory == NULL) status = none_left(bytes, err);
   }
@@ -46,17 +46,12 @@ sct_status sct_alloc(void *out, int64_t n, size_t size, sct_error *err) {
   return status;
 }
 
+sct_status sct_alloc(void *out, int64_t n, size_t size, sct_error *err) {
+  return take(out, n, size, false, err);
+}
+
 sct_status sct_alloc_zero(void *out, int64_t n, size_t size, sct_error *err) {
-  size_t bytes = 0;
-  void *memory = NULL;
-  sct_status status = bytes_of(n, size, &bytes, err);
-  if (status == SCT_OK) {
-    memory = calloc(bytes, 1);
-    prefer_huge_pages(memory, bytes);
-    if (memory == NULL) status = none_left(bytes, err);
-  }
-  memcpy(out, &memory, sizeof memory);
-  return status;
+  return take(out, n, size, true, err);
 }
 
 sct_status sct_realloc(void *inout, int64_t n, size_t size, sct_error *err) {

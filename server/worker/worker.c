@@ -1,5 +1,6 @@
 #include "worker.h"
 
+#include <malloc.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -96,8 +97,19 @@ static bool serve(const ipc_ask *question, int fd) {
   return sent;
 }
 
+/* Memory of one request serves the next: without this each array of 128 KiB or more is mapped and
+ * its pages are cleared anew, a third of the time of a small solve. */
+static void keep_memory(void) {
+#ifdef __GLIBC__
+  enum { ARRAYS = 32 << 20, TRIM = 256 << 20 };
+  (void)mallopt(M_MMAP_THRESHOLD, ARRAYS);
+  (void)mallopt(M_TRIM_THRESHOLD, TRIM);
+#endif
+}
+
 int worker_main(void) {
   const ipc_news ready = {.kind = IPC_READY};
+  keep_memory();
   answer_prepare();
   if (!ipc_send(IPC_SOCKET, &ready, sizeof ready, -1)) {
     fputs("scatterd: a worker is started by the daemon only\n", stderr);

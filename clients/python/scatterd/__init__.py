@@ -19,6 +19,7 @@ from .lattice import lattice_points
 from .plotting import plot
 from .problem import cloud, dirichlet, lattice, neumann, robin
 from .result import Record, Result
+from .study import Study
 
 __version__ = "0.1.0"
 __all__ = [
@@ -27,6 +28,7 @@ __all__ = [
     "Record",
     "Result",
     "ScatterdError",
+    "Study",
     "UnreachableError",
     "cloud",
     "dirichlet",

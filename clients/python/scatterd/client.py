@@ -12,6 +12,7 @@ from . import wire
 from .errors import ScatterdError
 from .problem import Field
 from .result import Result
+from .study import Study
 from .transport import Answer, Transport
 
 DEFAULT_URL = "http://127.0.0.1:8480"
@@ -121,6 +122,32 @@ class Client:
         """
         return self.execute("diagnose", given(locals()), outputs)
 
+    def study(
+        self,
+        case: str,
+        cells: Sequence[int] | None = None,
+        *,
+        operator: Mapping | None = None,
+        parameters: Mapping[str, Any] | None = None,
+        outputs: Sequence[str] | None = None,
+    ) -> Study:
+        """Runs a published test problem on several meshes.
+
+        Args:
+            case: laplace, smooth, gartland, smith-hutton, skew, three-point, sine-1d, sine-2d,
+                sine-3d, diffusion-1d, diffusion-2d or diffusion-3d; `process("study")` describes
+                them and their defaults.
+            cells: cells per unit of length of each mesh.
+            operator: members that differ from the operator of the case.
+            parameters: those that differ from their defaults; one given as an array varies from
+                row to row.
+
+        Returns:
+            table (rows: cells, points, norms, rates, seconds, paper, ...), reference, requests,
+            report; `plot()` draws the convergence.
+        """
+        return self.execute("study", given(locals()), outputs, Study)
+
     def echo(
         self,
         message: str,
@@ -134,20 +161,25 @@ class Client:
         return self.execute("echo", given(locals()), outputs)
 
     def execute(
-        self, process: str, inputs: Mapping[str, Any], outputs: Sequence[str] | None = None
-    ) -> Result:
-        """Runs any process with inputs by name; `outputs` names those wanted."""
+        self,
+        process: str,
+        inputs: Mapping[str, Any],
+        outputs: Sequence[str] | None = None,
+        kind: type[Any] = Result,
+    ) -> Any:
+        """Runs any process with inputs by name; `outputs` names those wanted, `kind` is what the
+        result is made."""
         request: dict[str, Any] = {"inputs": dict(inputs)}
         if outputs is not None:
             request["outputs"] = {name: {"transmissionMode": "value"} for name in outputs}
-        return self.post(process, request)
+        return self.post(process, request, kind)
 
-    def post(self, process: str, request: Mapping[str, Any]) -> Result:
+    def post(self, process: str, request: Mapping[str, Any], kind: type[Any] = Result) -> Any:
         """Posts a whole execute request: {"inputs": ..., "outputs": ...}."""
         body, headers = wire.encode(request, self.format)
         path = f"/processes/{quote(process, safe='')}/execution"
         document = self.document("POST", path, body, headers)
-        return Result(document, dict(request.get("inputs", {})))
+        return kind(document, dict(request.get("inputs", {})))
 
     def processes(self) -> list[dict]:
         """Summaries of the processes there are."""
