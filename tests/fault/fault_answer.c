@@ -37,6 +37,10 @@ static const request requests[] = {
      "{\"inputs\":{\"cloud\":{\"points\":[[0],[1],[2],[3],[4],[5]]},\"field\":\"x\",\"exact_"
      "gradient\":[1]}}"},
     {"diagnose", "{\"inputs\":{\"cloud\":{\"points\":[[0,0],[1,0],[0,1],[1,1]]}}}"},
+    {"study", "{\"inputs\":{\"case\":\"three-point\",\"parameters\":{\"alpha\":[0.1,0.2]}}}"},
+    {"study",
+     "{\"inputs\":{\"case\":\"smith-hutton\",\"cells\":[3],\"parameters\":{\"seeds\":2}}}"},
+    {"study", "{\"inputs\":{\"case\":\"gartland\",\"cells\":[3,-1]}}"},
 };
 enum { REQUESTS = sizeof requests / sizeof *requests, MOST = 2000 };
 
