@@ -140,7 +140,21 @@ class Mutation(daemon.Case):
         daemon.wait_until(lambda: sum(what.startswith("socket:") for what in
                                       daemon.descriptors(self.daemon.pid).values()) == len(pids),
                           "the sockets of listener and workers")
-        return pids, [len(daemon.descriptors(pid)) for pid in pids], [resident(p) for p in pids]
+        return pids, self.open_descriptors(pids), [resident(p) for p in pids]
+
+    @staticmethod
+    def open_descriptors(pids):
+        """How many each process has, once they stay the same: a worker closes those of a request
+        only after the reply has left."""
+        seen = []
+
+        def quiet():
+            seen.append([len(daemon.descriptors(pid)) for pid in pids])
+            time.sleep(0.05)
+            return len(seen) >= 5 and all(counts == seen[-1] for counts in seen[-5:])
+
+        daemon.wait_until(quiet, "descriptors to stay the same")
+        return seen[-1]
 
     def test_requests_without_number(self):
         print(f"http.mutation: SCATTERD_SEED={SEED} SCATTERD_MUTATIONS={MUTATIONS}", flush=True)
