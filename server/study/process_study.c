@@ -21,7 +21,8 @@ typedef struct {
 static void read_study(task *t, const item *in, void *state) {
   study *s = state;
   if (!study_input_read(t, in, &s->in)) return;
-  for (int64_t k = 0; k < study_input_rows(&s->in) && !t->error.code; k++) {
+  int64_t rows = study_input_rows(&s->in);
+  for (int64_t k = 0; k < rows && !t->error.code && t->complaints.count < PROBLEM_ERRORS_MAX; k++) {
     study_run run;
     (void)study_run_open(t, &s->in, k, 0, &run);
     study_run_close(&run);

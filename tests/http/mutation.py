@@ -52,9 +52,11 @@ class Twin(str):
 
 
 def example(path):
-    """(process, document). Without the pause of echo, which a mutation makes a time-out."""
+    """(process, document). Without what a mutation makes a time-out: the pause of echo, and the
+    number of clouds of a study."""
     document = json.loads(path.read_text(encoding="utf-8"))
     document.get("inputs", {}).pop("pause", None)
+    document.get("inputs", {}).get("parameters", {}).pop("seeds", None)
     document.get("outputs", {}).pop("pause", None)
     return path.name.split(".")[0], document
 
