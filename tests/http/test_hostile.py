@@ -35,8 +35,8 @@ class Hostile(daemon.Case):
         self.daemon.wait_for_log(r"event=http message=.*505")
 
     def test_random_bytes_and_mutations(self):
-        seed = int(os.environ.get("SEED") or random.randrange(1 << 32))
-        print(f"seed {seed}", flush=True)
+        seed = int(os.environ.get("SCATTERD_SEED") or random.randrange(1 << 32))
+        print(f"http.hostile: SCATTERD_SEED={seed}", flush=True)
         source = random.Random(seed)
         good = HEAD + b"Content-Length: 5\r\n\r\nabcde"
         clients = []
