@@ -48,6 +48,14 @@ bool doc_append(doc *container, doc *child) {
   return true;
 }
 
+bool doc_add_members(task *t, const doc *from, doc *into) {
+  for (const doc *m = from->child; m; m = m->next) {
+    bool is_known = doc_member(into, m->key);
+    if (!is_known && !doc_append(into, doc_make_alias(t, m->key, m))) return false;
+  }
+  return true;
+}
+
 /* Pointers */
 
 /* The child of `d` that the first step of *pointer names; *pointer moves past it. */

@@ -20,6 +20,10 @@ doc *doc_make_alias(task *t, const char *key, const doc *d);
 /* Adds a member or element behind those there are. False if there is none (NULL). */
 bool doc_append(doc *container, doc *child);
 
+/* Appends to an object the members of `from` that it does not have yet. False when out of memory.
+ */
+bool doc_add_members(task *t, const doc *from, doc *into);
+
 /* Value at a JSON pointer without escapes; an element of an array of numbers cannot be pointed to
  * but by doc_number_at. NULL if there is nothing. */
 const doc *doc_at_pointer(const doc *d, const char *pointer);

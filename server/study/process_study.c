@@ -12,8 +12,7 @@ enum { TABLE = 1, REFERENCE = 2, REQUESTS = 4 };
 
 typedef struct {
   study_input in;
-  int64_t rows;
-  study_row *row; /* [rows] */
+  study_row *row; /* [in.rows] */
   bool *used;     /* [columns] of the case */
 } study;
 
@@ -21,10 +20,10 @@ typedef struct {
 static void read_study(task *t, const item *in, void *state) {
   study *s = state;
   if (!study_input_read(t, in, &s->in)) return;
-  int64_t rows = study_input_rows(&s->in);
-  for (int64_t k = 0; k < rows && !t->error.code && t->complaints.count < PROBLEM_ERRORS_MAX; k++) {
+  for (int64_t k = 0; k < s->in.rows && !t->error.code && t->complaints.count < PROBLEM_ERRORS_MAX;
+       k++) {
     study_run run;
-    (void)study_run_open(t, &s->in, k, 0, &run);
+    (void)study_run_open(t, &s->in, k, 0, 1, &run);
     study_run_close(&run);
   }
 }
@@ -37,11 +36,13 @@ static void keep_request(study_run *run, study_row *row) {
 }
 
 static sct_status run_cloud(task *t, study *s, int64_t k, int64_t cloud, unsigned wanted) {
-  const double runs = (double)(s->rows * s->in.seeds);
-  study_run run;
-  bool good = study_run_open(t, &s->in, k, cloud, &run);
+  const double done = (double)(k * s->in.seeds + cloud) / (double)(s->in.rows * s->in.seeds);
   const doc *result = NULL;
-  if (good) result = study_run_perform(t, &run, (double)(k * s->in.seeds + cloud) / runs);
+  double measured;
+  study_run run;
+  if (!study_run_measure(t, &s->in, k, cloud, done, &measured)) return t->error.code;
+  bool good = study_run_open(t, &s->in, k, cloud, measured, &run);
+  if (good) result = study_run_perform(t, &run, done);
   good = result && study_row_add(t, &run, result, &s->row[k]);
   if (good && cloud == 0 && (wanted & REQUESTS)) keep_request(&run, &s->row[k]);
   study_run_close(&run);
@@ -63,11 +64,10 @@ static sct_status run_row(task *t, study *s, int64_t k, unsigned wanted) {
 
 static sct_status run_study(task *t, unsigned wanted, void *state) {
   study *s = state;
-  s->rows = study_input_rows(&s->in);
-  s->row = task_zeros(t, s->rows, sizeof *s->row);
+  s->row = task_zeros(t, s->in.rows, sizeof *s->row);
   s->used = task_zeros(t, study_paper_columns(&s->in), sizeof *s->used);
   if (!s->row || !s->used) return t->error.code;
-  for (int64_t k = 0; k < s->rows && task_is_well(t); k++) {
+  for (int64_t k = 0; k < s->in.rows && task_is_well(t); k++) {
     if (run_row(t, s, k, wanted)) break;
   }
   return t->error.code;
@@ -75,7 +75,7 @@ static sct_status run_study(task *t, unsigned wanted, void *state) {
 
 static void clear_study(void *state) {
   study *s = state;
-  for (int64_t k = 0; s->row && k < s->rows; k++) doc_arena_free(&s->row[k].request_arena);
+  for (int64_t k = 0; s->row && k < s->in.rows; k++) doc_arena_free(&s->row[k].request_arena);
   study_input_clear(&s->in);
 }
 
@@ -85,7 +85,7 @@ static void write_table(emit *e, const task *t, const void *state) {
   const study *s = state;
   (void)t;
   emit_list(e);
-  for (int64_t k = 0; k < s->rows; k++) {
+  for (int64_t k = 0; k < s->in.rows; k++) {
     study_row_write(e, &s->row[k], k > 0 ? &s->row[k - 1] : NULL);
   }
   emit_end(e);
@@ -101,7 +101,7 @@ static void write_requests(emit *e, const task *t, const void *state) {
   const study *s = state;
   (void)t;
   emit_list(e);
-  for (int64_t k = 0; k < s->rows; k++) emit_doc(e, s->row[k].request);
+  for (int64_t k = 0; k < s->in.rows; k++) emit_doc(e, s->row[k].request);
   emit_end(e);
 }
 

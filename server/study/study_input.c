@@ -41,23 +41,14 @@ static bool has_text(const doc *d, const char *text) {
   return d && d->kind == DOC_TEXT && !strcmp(d->text, text);
 }
 
-/* Appends the members of `from` that `into` does not have yet. */
-static bool add_members(task *t, const doc *from, doc *into) {
-  for (const doc *m = from->child; m; m = m->next) {
-    bool is_known = doc_member(into, m->key);
-    if (!is_known && !doc_append(into, doc_make_alias(t, m->key, m))) return false;
-  }
-  return true;
-}
-
 /* `own` over the case's operator, unless `own` has another scheme: kernel, radius and all that
  * belong to the scheme they were chosen for. */
 static doc *merge_operator(task *t, const study_input *s, const doc *own) {
   const doc *base = doc_member(s->root, "operator"), *scheme = doc_member(own, "scheme");
   bool is_same = !scheme || has_text(scheme, doc_member(base, "scheme")->text);
   doc *merged = doc_make_object(t, NULL);
-  if (!merged || (own && !add_members(t, own, merged))) return NULL;
-  return !is_same || add_members(t, base, merged) ? merged : NULL;
+  if (!merged || (own && !doc_add_members(t, own, merged))) return NULL;
+  return !is_same || doc_add_members(t, base, merged) ? merged : NULL;
 }
 
 bool study_input_operator(task *t, const study_input *s, const doc *own, sct_operator *op) {
@@ -154,10 +145,10 @@ static double parameter(const study_input *s, const char *name, double otherwise
   return value && value->kind == DOC_NUMBER ? value->number : otherwise;
 }
 
-static bool rows_are_few(task *t, const item *cells, const study_input *s) {
-  if (study_input_rows(s) <= ROWS_MAX) return true;
-  complain(t, cells, "make %lld rows, at most %d are allowed", (long long)study_input_rows(s),
-           ROWS_MAX);
+static bool count_rows(task *t, const item *cells, study_input *s) {
+  s->rows = s->cells.rows * (s->varied ? s->varied->count : 1);
+  if (s->rows <= ROWS_MAX) return true;
+  complain(t, cells, "make %lld rows, at most %d are allowed", (long long)s->rows, ROWS_MAX);
   return false;
 }
 
@@ -168,17 +159,13 @@ bool study_input_read(task *t, const item *in, study_input *s) {
   bool good = read_cells(t, &cells, s);
   good &= read_operator(t, &op, s);
   good &= read_parameters(t, &parameters, s);
-  if (!good || !rows_are_few(t, &cells, s)) return false;
+  if (!good || !count_rows(t, &cells, s)) return false;
   s->seeds = (int64_t)parameter(s, "seeds", 1);
   return true;
 }
 
 void study_input_clear(study_input *s) {
   doc_arena_free(&s->arena);
-}
-
-int64_t study_input_rows(const study_input *s) {
-  return s->cells.rows * (s->varied ? s->varied->count : 1);
 }
 
 bool study_input_scope(task *t, const study_input *s, int64_t k, int64_t cloud, scope *names) {

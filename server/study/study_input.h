@@ -19,6 +19,7 @@ typedef struct {
   const doc *varied; /* the member of `parameters`, or NULL */
   doc *operator_doc; /* of all runs, as it is posted */
   sct_operator op;   /* the same, with the defaults of its scheme */
+  int64_t rows;      /* of the table; row k has the mesh number k % cells.rows */
   int64_t seeds;     /* clouds per row */
 } study_input;
 
@@ -28,9 +29,6 @@ extern const char *const study_inputs[]; /* names, NULL at the end */
  * to go on with. */
 bool study_input_read(task *t, const item *in, study_input *s);
 void study_input_clear(study_input *s);
-
-/* Rows of the table; row k has the mesh number k % cells.rows. */
-int64_t study_input_rows(const study_input *s);
 
 /* Names and values for cloud number `cloud` of row k; close the scope in any case. False when out
  * of memory. */

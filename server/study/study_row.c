@@ -7,17 +7,6 @@
 
 /* What a case takes */
 
-/* Value at a pointer into a result document, whose objects stand under "value". */
-static const doc *found_at(const doc *result, const char *pointer) {
-  char name[64];
-  size_t length = strcspn(pointer + 1, "/");
-  if (length >= sizeof name) return NULL;
-  memcpy(name, pointer + 1, length);
-  name[length] = '\0';
-  const doc *output = doc_member(result, name), *inside = doc_member(output, "value");
-  return doc_at_pointer(inside ? inside : output, pointer + 1 + length);
-}
-
 /* A number within an array of numbers: {"laplacian": "/laplacian/1"}. */
 static doc *number_within(task *t, const doc *result, const char *key, const char *pointer) {
   double value = doc_number_at(result, pointer);
@@ -37,7 +26,7 @@ static doc *take_object(study_run *r, const doc *result, const doc *rules);
 static doc *take(study_run *r, const doc *result, const doc *rule) {
   if (rule->kind == DOC_OBJECT) return take_object(r, result, rule);
   if (*rule->text != '/') return computed(r, rule);
-  const doc *found = found_at(result, rule->text);
+  const doc *found = study_run_value(result, rule->text);
   if (found) return doc_make_alias(&r->own, rule->key, found);
   return number_within(&r->own, result, rule->key, rule->text);
 }
@@ -59,7 +48,7 @@ static doc *take_object(study_run *r, const doc *result, const doc *rules) {
 /* Norms stand flat in the row. */
 static bool take_norms(study_run *r, const doc *result, doc *members) {
   const doc *where = doc_member(r->in->root, "norms");
-  const doc *norms = where ? found_at(result, where->text) : NULL;
+  const doc *norms = where ? study_run_value(result, where->text) : NULL;
   for (const doc *m = norms ? norms->child : NULL; m; m = m->next) {
     bool is_norm = strcmp(m->key, "points");
     if (is_norm && !doc_append(members, doc_make_alias(&r->own, m->key, m))) return false;
@@ -83,7 +72,8 @@ static doc *pick(task *t, const char *key, const double *value, int64_t stride,
 static doc *take_section(study_run *r, const doc *result, const doc *rule) {
   static const char *const axes[] = {"x", "y", "z"};
   task *t = &r->own;
-  const doc *points = found_at(result, "/points"), *solution = found_at(result, "/solution");
+  const doc *points = study_run_value(result, "/points"),
+            *solution = study_run_value(result, "/solution");
   const int64_t n = points->shape[0], dim = points->shape[1];
   double *chosen = task_take(t, n, sizeof *chosen);
   doc *section = doc_make_object(t, rule->key);

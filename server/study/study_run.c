@@ -46,8 +46,11 @@ static const doc *settle(task *t, emit *e, doc_arena **arena) {
   return d;
 }
 
-static bool make_request(task *t, int64_t cloud, study_run *r) {
+/* `measured` is a name of the scope where the case has something to measure. */
+static bool make_request(task *t, int64_t cloud, double measured, study_run *r) {
+  const doc *before = doc_member(r->in->root, "before");
   if (!study_input_scope(t, r->in, r->row, cloud, &r->names)) return false;
+  if (before && !scope_set(&r->names, doc_member(before, "name")->text, measured)) return false;
   emit *e = emit_new(EMIT_CBOR);
   if (e) write_request(e, r);
   if (!t->error.code) r->request = settle(t, e, &r->request_arena);
@@ -96,13 +99,14 @@ static bool tell(void *context, const char *phase, double fraction) {
   char room[64];
   (void)fraction;
   snprintf(room, sizeof room, "%.12s, row %lld of %lld", phase, (long long)r->row + 1,
-           (long long)study_input_rows(r->in));
+           (long long)r->in->rows);
   return !work->report || work->report(work->context, room, r->fraction);
 }
 
-bool study_run_open(task *t, const study_input *in, int64_t row, int64_t cloud, study_run *r) {
+bool study_run_open(task *t, const study_input *in, int64_t row, int64_t cloud, double measured,
+                    study_run *r) {
   *r = (study_run){.in = in, .row = row, .outer = t};
-  if (!make_request(t, cloud, r)) return false;
+  if (!make_request(t, cloud, measured, r)) return false;
   r->own = (task){.limits = t->limits, .work = {t->work.threads, tell, r}};
   r->own.arena = doc_arena_new();
   if (!r->own.arena) (void)sct_fail(&t->error, SCT_E_MEMORY, -1, "no memory for a run");
@@ -146,4 +150,47 @@ void study_run_close(study_run *r) {
   doc_arena_free(&r->result_arena);
   doc_arena_free(&r->own.arena);
   doc_arena_free(&r->request_arena);
+}
+
+const doc *study_run_value(const doc *result, const char *pointer) {
+  char name[64];
+  size_t length = strcspn(pointer + 1, "/");
+  if (length >= sizeof name) return NULL;
+  memcpy(name, pointer + 1, length);
+  name[length] = '\0';
+  const doc *output = doc_member(result, name), *inside = doc_member(output, "value");
+  return doc_at_pointer(inside ? inside : output, pointer + 1 + length);
+}
+
+/* Measuring */
+
+/* The study with other operator and parameters, as `before` says for its scheme. */
+static bool change(task *t, const doc *before, const study_input *in, study_input *other) {
+  const doc *operators = doc_member(before, "operators"), *sets = doc_member(before, "parameters");
+  const doc *own = doc_member(operators, sct_scheme_name(in->op.scheme));
+  *other = *in;
+  if (in->varied && doc_member(sets, in->varied->key)) other->varied = NULL;
+  other->parameters = doc_make_object(t, NULL);
+  other->operator_doc = doc_make_object(t, NULL);
+  if (!other->parameters || !other->operator_doc) return false;
+  return (!own || doc_add_members(t, own, other->operator_doc)) &&
+         doc_add_members(t, in->operator_doc, other->operator_doc) &&
+         doc_add_members(t, sets, other->parameters) &&
+         doc_add_members(t, in->parameters, other->parameters);
+}
+
+bool study_run_measure(task *t, const study_input *in, int64_t row, int64_t cloud, double fraction,
+                       double *measured) {
+  const doc *before = doc_member(in->root, "before");
+  study_input other;
+  study_run run;
+  *measured = 1;
+  if (!before) return true;
+  if (!change(t, before, in, &other)) return false;
+  bool good = study_run_open(t, &other, row, cloud, 1, &run);
+  const doc *result = good ? study_run_perform(t, &run, fraction) : NULL;
+  const doc *found = result ? study_run_value(result, doc_member(before, "take")->text) : NULL;
+  if (found) *measured = found->number;
+  study_run_close(&run);
+  return found;
 }

@@ -22,14 +22,25 @@ typedef struct {
   double fraction; /* of the study done before */
 } study_run;
 
-/* Makes and reads the request for cloud number `cloud` of a row. What is wrong with it becomes
- * complaints of t, at the inputs of the study that are to blame. Close the run in any case. */
-bool study_run_open(task *t, const study_input *in, int64_t row, int64_t cloud, study_run *r);
+/* Makes and reads the request for cloud number `cloud` of a row, with what study_run_measure found.
+ * What is wrong with it becomes complaints of t, at the inputs of the study that are to blame.
+ * Close the run in any case. */
+bool study_run_open(task *t, const study_input *in, int64_t row, int64_t cloud, double measured,
+                    study_run *r);
+
+/* Where a case has a number to be measured `before` a run (the stable step of ps on its cloud),
+ * another run with the operator and parameters said there finds it. 1 where there is none. False
+ * with complaints, t->error or t->blame. */
+bool study_run_measure(task *t, const study_input *in, int64_t row, int64_t cloud, double fraction,
+                       double *measured);
 
 /* Runs it: the decoded result document, valid until the run is closed. NULL with t->error and
  * t->blame. `fraction` of the study is done before. */
 const doc *study_run_perform(task *t, study_run *r, double fraction);
 
 void study_run_close(study_run *r);
+
+/* Value at a pointer into a result document, whose objects stand under "value"; NULL if none. */
+const doc *study_run_value(const doc *result, const char *pointer);
 
 #endif

@@ -14,12 +14,14 @@ from .client import DEFAULT_URL, Client
 from .errors import ScatterdError
 from .plotting import plot
 from .result import Result
+from .study import Study
 from .wire import plain
 
 PROCESSES = {
     "solve": "solve a convection-diffusion-reaction problem",
     "apply": "apply the particle operators to a field",
     "diagnose": "tell what a cloud does to the operators",
+    "study": "run a published test problem on several meshes",
     "echo": "get back what is sent",
 }
 
@@ -53,6 +55,13 @@ def parser() -> argparse.ArgumentParser:
             command.add_argument("--plot", metavar="FILE", help="draw it (.png, .pdf, .svg)")
             command.add_argument("--field", help="output to draw")
         command.set_defaults(run=run_process, process=name, plot=None, field=None)
+    both = commands.add_parser(
+        "reproduce", help="make all tables and figures of two papers", parents=[shared]
+    )
+    both.add_argument("--output", metavar="FOLDER", required=True, help="where to write them")
+    both.add_argument("--only", metavar="TEXT", help="those only whose name holds this text")
+    both.add_argument("--at-a-time", type=int, default=2, help="questions at a time (default 2)")
+    both.set_defaults(run=run_reproduce)
     listing = commands.add_parser("processes", help="list the processes", parents=[shared])
     listing.set_defaults(run=run_processes)
     return top
@@ -70,15 +79,31 @@ def run_processes(options: argparse.Namespace) -> int:
     return 0
 
 
+def run_reproduce(options: argparse.Namespace) -> int:
+    from .reproduction import ITEMS, Bar, reproduce
+
+    items = [item for item in ITEMS if (options.only or "") in item.id]
+    if not items:
+        raise ValueError(f"nothing is named {options.only!r}; there are "
+                         + ", ".join(item.id for item in ITEMS))
+    with client(options) as service:
+        page = reproduce(service, options.output, items=items, workers=options.at_a_time,
+                         progress=Bar())
+    print(page)
+    return 0
+
+
 def run_process(options: argparse.Namespace) -> int:
     if options.output and pathlib.Path(options.output).suffix not in WRITERS:
         raise ValueError(f"output {options.output!r} needs a name in {' or '.join(WRITERS)}")
     request = read_request(options.request)
     with client(options) as service:
-        result = service.post(options.process, request)
+        result = service.post(options.process, request, KINDS.get(options.process, Result))
     if options.output:
         WRITERS[pathlib.Path(options.output).suffix](options.output, result)
-    if options.plot:
+    if options.plot and isinstance(result, Study):
+        result.plot(options.field or "l2", file=options.plot)
+    elif options.plot:
         plot(result, options.field, file=options.plot)
     for line in summary(result):
         print(line)
@@ -107,6 +132,7 @@ def write_npz(name: str, result: Result) -> None:
     numpy.savez_compressed(name, **arrays)
 
 
+KINDS = {"study": Study}
 WRITERS = {".json": write_json, ".npz": write_npz}
 
 

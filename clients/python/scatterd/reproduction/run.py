@@ -1,0 +1,155 @@
+"""Asks everything, and writes the folder."""
+
+from __future__ import annotations
+
+import pathlib
+import sys
+import time
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from typing import Any, Callable, Iterable
+
+from ..client import Client
+from . import draw, huang, hwang, page
+from .parts import Ask, Item, Table
+
+ITEMS: list[Item] = [*huang.ITEMS, *hwang.ITEMS]
+Progress = Callable[[int, int, str], None]
+
+
+def reproduce(
+    client: Client,
+    folder: str | pathlib.Path,
+    *,
+    items: Iterable[Item] | None = None,
+    workers: int = 2,
+    progress: Progress | None = None,
+) -> pathlib.Path:
+    """Makes all tables and figures of both papers.
+
+    Args:
+        client: of the service that is asked.
+        folder: where to write index.html, reproduction.md, tables/ID.csv, tables/ID.json and
+            figures/ID.png.
+        items: which tables and figures; by default all (`ITEMS`).
+        workers: questions at a time.
+        progress: is told how many steps of how many are done, and which comes next.
+
+    Returns:
+        The page, index.html.
+    """
+    folder, chosen = pathlib.Path(folder), list(ITEMS if items is None else items)
+    for name in ("tables", "figures"):
+        (folder / name).mkdir(parents=True, exist_ok=True)
+    steps = Steps(len(questions(chosen)) + len(chosen), progress)
+    answers = ask_all(client, chosen, workers, steps)
+    made = []
+    for item in chosen:
+        steps.begin(item.title)
+        made.append((item, write_item(item, answers, folder)))
+        steps.done()
+    (folder / "reproduction.md").write_text(document(made), encoding="utf-8")
+    index = folder / "index.html"
+    index.write_text(page.html_page(page.blocks(made, figures=True)), encoding="utf-8")
+    return index
+
+
+def document(made: list[tuple[Item, list[Table]]]) -> str:
+    """The page as it stands in the documentation: tables only."""
+    return page.markdown(page.blocks(made, figures=False))
+
+
+def tables(client: Client, items: Iterable[Item], workers: int = 2) -> list[Table]:
+    """The tables of some items, without writing anything."""
+    chosen = list(items)
+    answers = ask_all(client, chosen, workers, Steps(0, None))
+    return [table for item in chosen for table in item.tables(found(item, answers))]
+
+
+def questions(items: list[Item]) -> list[Ask]:
+    """Every question once, costly ones first."""
+    asked = {question: None for item in items for question in item.asks.values()}
+    return sorted(asked, key=cost, reverse=True)
+
+
+def cost(question: Ask) -> float:
+    """A rough measure of the work: points and clouds."""
+    dim = int(question.case[-2]) if question.case[-2:-1].isdigit() else 2
+    clouds = dict(question.parameters).get("seeds", 10 if question.case.startswith("sine") else 1)
+    steps = max(question.cells, default=1) ** 2 / 10 if question.case.startswith("diff") else 1
+    return sum(n**dim for n in question.cells) * clouds * steps
+
+
+def ask_all(client: Client, items: list[Item], workers: int, steps: "Steps") -> dict[Ask, Any]:
+    """The answers to all questions; `workers` are asked at a time."""
+    answers: dict[Ask, Any] = {}
+    with ThreadPoolExecutor(workers) as pool:
+        waiting = {pool.submit(answer, client, question): question
+                   for question in questions(items)}
+        try:
+            for future in as_completed(waiting):
+                answers[waiting[future]] = future.result()
+                steps.done(waiting[future].case)
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+    return answers
+
+
+def answer(client: Client, question: Ask) -> Any:
+    try:
+        return question.run(client)
+    finally:
+        client.close()  # a thread of the pool has its own connection
+
+
+def found(item: Item, answers: dict[Ask, Any]) -> dict[str, Any]:
+    return {name: answers[question] for name, question in item.asks.items()}
+
+
+def write_item(item: Item, answers: dict[Ask, Any], folder: pathlib.Path) -> list[Table]:
+    """The files of one item; its tables."""
+    mine = found(item, answers)
+    made = item.tables(mine)
+    for table in made:
+        table.write(folder / "tables")
+    if item.draw:
+        figure = draw.new(item.size)
+        item.draw(figure, mine)
+        figure.savefig(folder / "figures" / f"{item.id}.png", dpi=130)
+    return made
+
+
+class Steps:
+    """How far it has come."""
+
+    def __init__(self, total: int, progress: Progress | None):
+        self.total, self.count, self.progress = total, 0, progress
+
+    def begin(self, what: str) -> None:
+        if self.progress:
+            self.progress(self.count, self.total, what)
+
+    def done(self, what: str = "") -> None:
+        self.count += 1
+        self.begin(what)
+
+
+class Bar:
+    """A progress bar on standard error; on a terminal it stays on its line."""
+
+    WIDTH = 30
+
+    def __init__(self) -> None:
+        self.begun = time.monotonic()
+        self.is_terminal = sys.stderr.isatty()
+        self.shown = -1
+
+    def __call__(self, count: int, total: int, what: str) -> None:
+        share = count / total if total else 1.0
+        line = (f"[{'#' * int(share * self.WIDTH):{self.WIDTH}s}] {count:3d}/{total} "
+                f"{time.monotonic() - self.begun:5.0f} s  {what[:40]:40s}")
+        if self.is_terminal:
+            print("\r" + line, end="\n" if count == total else "", file=sys.stderr, flush=True)
+        elif int(share * 10) > self.shown:
+            self.shown = int(share * 10)
+            print(line.rstrip(), file=sys.stderr, flush=True)
