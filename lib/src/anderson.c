@@ -10,7 +10,7 @@
 #include "alloc.h"
 
 /* What must be left of a difference after the newer ones are taken out of it. */
-static const double INDEPENDENT = 1e-10;
+static const double INDEPENDENT = 1e-3;
 
 struct sct_anderson {
   int64_t n;
