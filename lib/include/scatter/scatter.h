@@ -7,6 +7,7 @@
 #include "scatter/csr.h"      /* sparse matrices */
 #include "scatter/diagnose.h" /* what the cloud does to the operators, norms */
 #include "scatter/kernel.h"   /* weights */
+#include "scatter/limited.h"  /* convection by slope-limited edges */
 #include "scatter/march.h"    /* or marched in time */
 #include "scatter/search.h"   /* neighbours */
 #include "scatter/solve.h"    /* the system solved */
