@@ -38,9 +38,6 @@ typedef struct {
  * not add them up, the schemes damp. */
 static const double step_tolerance = 1e-14;
 
-/* And of one that is a step of an iteration, which refines by itself. */
-static const double iterated_tolerance = 1e-8;
-
 double sct_march_stable_step(const sct_system *system, int64_t *point) {
   const sct_csr *const parts[] = {system->matrix, system->coupling};
   double largest = 0;
@@ -268,7 +265,7 @@ static sct_status allocate(marcher *m, sct_error *err) {
   if ((*m->system)->limited != NULL) {
     sct_status status = sct_limited_iteration_new(*m->system, &m->limited, err);
     if (status != SCT_OK) return status;
-    m->solve.tolerance = fmax(m->solve.tolerance, iterated_tolerance);
+    m->solve.tolerance = fmax(m->solve.tolerance, SCT_LIMITED_SUBSTITUTION);
   }
   return sct_march_matrix_new(*m->system, is_explicit(m), &m->matrix, err);
 }

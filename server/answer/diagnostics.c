@@ -153,13 +153,29 @@ static void write_peclet(emit *e, const diagnostics *d) {
   emit_end(e);
 }
 
-static void write_solver(emit *e, const sct_solve_report *solve) {
+static void write_iteration(emit *e, const diagnostics *d) {
+  const sct_limited_report *r = &d->march.limited;
+  int64_t kept = r->iterations < SCT_LIMITED_HISTORY ? r->iterations : SCT_LIMITED_HISTORY;
+  member_integer(e, "iterations", r->iterations);
+  member_number(e, "residual", r->residual);
+  member_doubles(e, "residual_history", r->history, kept);
+  if (!d->is_transient) return;
+  member_integer(e, "iterations_most", r->most);
+  member_integer(e, "iterations_total", r->total);
+}
+
+static void write_solver(emit *e, const diagnostics *d) {
+  const sct_solve_report *solve = &d->solve;
   if (!solve->method) return;
   member_object(e, "solver");
   member_text(e, "method", solve->method);
   member_text(e, "ordering", solve->ordering);
-  member_integer(e, "iterations", solve->iterations);
-  member_number(e, "residual", solve->residual);
+  if (d->system->limited) {
+    write_iteration(e, d);
+  } else {
+    member_integer(e, "iterations", solve->iterations);
+    member_number(e, "residual", solve->residual);
+  }
   member_number(e, "reciprocal_condition", solve->reciprocal_condition);
   member_integer(e, "factor_nonzeros", solve->factor_nonzeros);
   member_integer(e, "peak_bytes", solve->peak_bytes);
@@ -183,7 +199,7 @@ static void write_system(emit *e, const diagnostics *d) {
   member_integer(e, "widened", d->system->widened);
   member_integer(e, "fallback", d->system->fallback);
   member_integer(e, "loose", d->system->loose);
-  write_solver(e, &d->solve);
+  write_solver(e, d);
   if (d->is_transient) write_march(e, &d->march);
 }
 

@@ -57,21 +57,21 @@ bool time_input_read(task *t, const item *it, sct_march_options *march) {
   return good;
 }
 
-bool solver_input_read(task *t, const item *it, sct_solve_options *solve) {
+bool solver_input_read(task *t, const item *it, sct_march_options *march) {
   enum { NAMES_MAX = 16 };
   static const char *const members[] = {"method", "tolerance", "max_iterations", NULL};
   static const range tolerances = {0, 1, true, false};
   const char *names[NAMES_MAX + 1] = {"auto", "direct"};
   item method = item_member(it, "method"), tolerance = item_member(it, "tolerance");
   item iterations = item_member(it, "max_iterations");
-  int64_t count = 0;
   int chosen = 0;
   for (int k = 0; k + 2 < NAMES_MAX && sct_solver_name(k); k++) names[k + 2] = sct_solver_name(k);
   bool good = read_object(t, it, members);
   if (it->doc && it->doc->kind != DOC_OBJECT) return false;
   good &= read_choice(t, &method, names, &chosen);
-  good &= read_number(t, &tolerance, &tolerances, &solve->tolerance);
-  good &= read_integer(t, &iterations, 1, INT32_MAX, &count);
-  solve->method = names[chosen];
+  good &= read_number(t, &tolerance, &tolerances, &march->solve.tolerance);
+  good &= read_integer(t, &iterations, 1, INT32_MAX, &march->limited.max_iterations);
+  march->limited.tolerance = march->solve.tolerance;
+  march->solve.method = names[chosen];
   return good;
 }

@@ -9,7 +9,8 @@
  * (1). *march is zeroed where the input is absent. False with complaints. */
 bool time_input_read(task *t, const item *it, sct_march_options *march);
 
-/* Reads `solver`: the method, and for the day of iterative ones tolerance and max_iterations. */
-bool solver_input_read(task *t, const item *it, sct_solve_options *solve);
+/* Reads `solver` into march->solve and march->limited; what is left out stays 0, the library's
+ * default. False with complaints. */
+bool solver_input_read(task *t, const item *it, sct_march_options *march);
 
 #endif

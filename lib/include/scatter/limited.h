@@ -50,6 +50,10 @@ double sct_limited_reach(const sct_system *system, int64_t row);
 enum { SCT_LIMITED_HISTORY = 512, SCT_LIMITED_ITERATIONS = 200 };
 #define SCT_LIMITED_TOLERANCE 1e-8
 
+/* Backward error that is enough of one back-substitution (sct_solve_options): the iteration refines
+ * by itself. */
+#define SCT_LIMITED_SUBSTITUTION 1e-8
+
 typedef struct {
   double tolerance; /* of max |change| / max |phi|; 0: SCT_LIMITED_TOLERANCE; at least 1e-13 */
   int64_t max_iterations; /* back-substitutions; 0: SCT_LIMITED_ITERATIONS */
