@@ -7,9 +7,9 @@
 
 /* What is posed, at a point x [dim]. */
 typedef struct {
-  void (*velocity)(const double *x, double *u);   /* u [dim] out */
-  double (*value)(const double *x);               /* Dirichlet values, on the boundary */
-  double (*source)(const double *x, double mu);   /* NULL: none */
+  void (*velocity)(const double *x, double *u);       /* u [dim] out */
+  double (*value)(const double *x);                   /* Dirichlet values, on the boundary */
+  double (*source)(const double *x, double mu);       /* NULL: none */
   bool (*is_outlet)(const double *x, double *normal); /* zero gradient there; NULL: nowhere */
   double mu;
 } posed;
