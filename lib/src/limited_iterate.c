@@ -11,10 +11,28 @@
 /* Changes below this part of phi are rounding. */
 static const double ROUNDING = 1e-13;
 
+/* Anderson's steps seek the least change, which need not be zero: where the limiter folds q, the
+ * least change can lie off the solution and the iteration stays there. Plain steps drift past. */
+enum {
+  PATIENCE = 8, /* accelerated steps without a new least change before plain ones begin */
+  DRIFT = 4     /* plain steps at least */
+};
+static const double PROGRESS = 0.9; /* of the least change so far: a new one */
+static const double PASSED = 0.3;   /* of the largest change of plain steps: the fold is passed */
+
+/* Which steps are taken. */
+typedef struct {
+  bool is_plain;
+  int idle;     /* accelerated steps since the least change, or plain steps */
+  double least; /* change of accelerated steps */
+  double most;  /* change of plain steps */
+} pace;
+
 struct sct_limited_iteration {
   double *phi;       /* [n] */
   double *gradient;  /* [n][dim] */
   double *q, *r, *f; /* [unknowns] */
+  double *best;      /* [unknowns] y + f of the least change */
   sct_anderson *anderson;
 };
 
@@ -30,6 +48,7 @@ sct_status sct_limited_iteration_new(const sct_system *system, sct_limited_itera
   if (status == SCT_OK) status = sct_alloc(&it->q, m, sizeof *it->q, err);
   if (status == SCT_OK) status = sct_alloc(&it->r, m, sizeof *it->r, err);
   if (status == SCT_OK) status = sct_alloc(&it->f, m, sizeof *it->f, err);
+  if (status == SCT_OK) status = sct_alloc(&it->best, m, sizeof *it->best, err);
   if (status == SCT_OK) status = sct_anderson_new(m, &it->anderson, err);
   if (status != SCT_OK) sct_limited_iteration_free(&it);
   *out = it;
@@ -45,6 +64,7 @@ void sct_limited_iteration_free(sct_limited_iteration **iteration) {
   sct_release(&it->q);
   sct_release(&it->r);
   sct_release(&it->f);
+  sct_release(&it->best);
   sct_release(iteration);
 }
 
@@ -90,6 +110,32 @@ static sct_status correct(sct_limited_iteration *it, const sct_limited_equation 
   return SCT_OK;
 }
 
+/* y = y + f */
+static void step_plainly(sct_limited_iteration *it, int64_t m, double *y) {
+  for (int64_t row = 0; row < m; row++) y[row] += it->f[row];
+}
+
+static void accelerate(sct_limited_iteration *it, pace *p, int64_t m, double change, double *y) {
+  if (change < PROGRESS * p->least) {
+    p->least = change;
+    p->idle = 0;
+    for (int64_t row = 0; row < m; row++) it->best[row] = y[row] + it->f[row];
+  } else if (++p->idle >= PATIENCE) {
+    *p = (pace){.is_plain = true};
+    memcpy(y, it->best, (size_t)m * sizeof *y);
+    return;
+  }
+  sct_anderson_step(it->anderson, it->f, y);
+}
+
+static void drift(sct_limited_iteration *it, pace *p, int64_t m, double change, double *y) {
+  p->most = fmax(p->most, change);
+  step_plainly(it, m, y);
+  if (++p->idle < DRIFT || change > PASSED * p->most) return;
+  *p = (pace){.least = INFINITY};
+  sct_anderson_restart(it->anderson);
+}
+
 static void note(sct_limited_report *report, int64_t iteration, double change) {
   if (iteration <= SCT_LIMITED_HISTORY) report->history[iteration - 1] = change;
   report->iterations = iteration;
@@ -113,6 +159,7 @@ sct_status sct_limited_iterate(sct_limited_iteration *it, const sct_limited_equa
       options->max_iterations > 0 ? options->max_iterations : SCT_LIMITED_ITERATIONS;
   const int64_t m = e->system->unknowns;
   double change = INFINITY;
+  pace p = {.least = INFINITY};
   sct_anderson_restart(it->anderson);
   for (int64_t k = 1; k <= most; k++) {
     const bool linear = k == 1 && e->starts_linear;
@@ -124,9 +171,11 @@ sct_status sct_limited_iterate(sct_limited_iteration *it, const sct_limited_equa
       if (status != SCT_OK) return status;
     }
     if (linear || change <= tolerance) {
-      for (int64_t row = 0; row < m; row++) y[row] += it->f[row];
+      step_plainly(it, m, y);
+    } else if (p.is_plain) {
+      drift(it, &p, m, change, y);
     } else {
-      sct_anderson_step(it->anderson, it->f, y);
+      accelerate(it, &p, m, change, y);
     }
     if (change <= tolerance && !linear) return SCT_OK;
   }

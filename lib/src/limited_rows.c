@@ -73,16 +73,11 @@ sct_status sct_limited_add_edges(sct_limited *l, int64_t i, int64_t n, const int
   return SCT_OK;
 }
 
-static bool has_gradient_of_its_own(sct_scheme scheme) {
-  return scheme != SCT_MPS && scheme != SCT_PS;
-}
-
 sct_status sct_limited_add_gradient(sct_limited *l, const sct_stencil *stencil, int64_t i,
                                     sct_condition condition, sct_room *room, sct_error *err) {
   static const double moving[SCT_DIM_MAX] = {1, 1, 1}; /* asks for the gradient of the edges */
-  const bool own =
-      condition == SCT_INTERIOR && has_gradient_of_its_own(sct_stencil_operator(stencil)->scheme);
-  const sct_row_request request = {.want = SCT_ROW_GRADIENT, .velocity = own ? NULL : moving};
+  const sct_row_request request = {.want = SCT_ROW_GRADIENT | SCT_ROW_LINEAR,
+                                   .velocity = condition == SCT_INTERIOR ? NULL : moving};
   sct_error why = {.code = SCT_OK};
   sct_row row = {.n = 0};
   double *value;

@@ -10,7 +10,7 @@ static bool spans(const row_job *job) {
 
 /* g = (d / S_w) W r_j / r^2                                        [H11] eq. 5, [H16] eq. 1 */
 static row_verdict pair_gradient(row_job *job) {
-  if (row_is_limited(job)) return row_gradient_balanced(job);
+  if (row_is_limited(job) || (job->want & SCT_ROW_LINEAR)) return row_gradient_linear(job);
   sct_room *room = job->room;
   const double *f = room->f;
   if (job->velocity != NULL) {

@@ -115,7 +115,13 @@ double sct_stencil_spacing(const sct_stencil *stencil);
 
 /* What to compute of a row. SCT_ROW_SOLVE says that the Laplacian is to be solved with, which is
  * asked more of than one to be evaluated; a normal derivative always is. */
-enum { SCT_ROW_GRADIENT = 1, SCT_ROW_LAPLACIAN = 2, SCT_ROW_SOLVE = 4, SCT_ROW_NORMAL = 8 };
+enum {
+  SCT_ROW_GRADIENT = 1,
+  SCT_ROW_LAPLACIAN = 2,
+  SCT_ROW_SOLVE = 4,
+  SCT_ROW_NORMAL = 8,
+  SCT_ROW_LINEAR = 16 /* with SCT_ROW_GRADIENT: mps and ps take the gradient of ips */
+};
 
 typedef struct {
   int want;               /* SCT_ROW_*, SCT_ROW_NORMAL not with SCT_ROW_LAPLACIAN */
