@@ -145,12 +145,17 @@ static bool reply_result(const ask *a, task *t, performance *f, reply *r) {
   return done;
 }
 
+/* Complaints after memory ran out may be about what could not be kept. */
+static bool has_complaints(const task *t) {
+  return t->complaints.found > 0 && t->error.code != SCT_E_MEMORY;
+}
+
 /* Reads, runs and writes one decoded request. */
 static void reply_to(const ask *a, const process *p, const doc *root, task *t, reply *r) {
   performance f;
   perform_read(t, p, root, a->accept, &f);
   bool done = reply_result(a, t, &f, r);
-  if (!done && t->complaints.found > 0) {
+  if (!done && has_complaints(t)) {
     reply_complaints(r, t);
   } else if (!done) {
     reply_failure(r, t);
