@@ -63,25 +63,23 @@ static void correction_on_a_line(void **state) {
 }
 
 /* A phi - q(phi) of a linear field is u . grad phi, on any cloud and for any scheme. */
-static double oblique_speed[3];
+static int dim;
 
 static void oblique(const double *x, double *u) {
+  static const double speeds[] = {0.6, -0.3, 0.2};
   (void)x;
-  memcpy(u, oblique_speed, sizeof(double) * 3);
+  memcpy(u, speeds, (size_t)dim * sizeof *u);
 }
 
 static double plane(const double *x) {
-  return 1 + 2 * x[0] - x[1] + (oblique_speed[2] != 0 ? 0.5 * x[2] : 0);
+  return 1 + 2 * x[0] - x[1] + (dim == 3 ? 0.5 * x[2] : 0);
 }
 
-static void linear_on(int dim, sct_scheme scheme) {
+static void linear_on(sct_scheme scheme) {
   const posed p = {oblique, plane, NULL, NULL, 1e-3};
   const sct_lattice lattice = {
       .dim = dim, .upper = {1, 1, 1}, .cells = {6, 6, 6}, .jitter = 0.5, .seed = 5};
   const sct_operator op = limited_operator(scheme);
-  oblique_speed[0] = 0.6;
-  oblique_speed[1] = -0.3;
-  oblique_speed[2] = dim == 3 ? 0.2 : 0;
   limited_problem problem = limited_problem_new(&p, &lattice, &op);
   const int64_t n = problem.f.cloud.n, m = problem.system->unknowns;
   double *phi = fixture_alloc(n, sizeof *phi), *gradient = fixture_alloc(n * dim, sizeof *gradient);
@@ -104,10 +102,10 @@ static void linear_on(int dim, sct_scheme scheme) {
 
 static void linear_fields_are_exact(void **state) {
   (void)state;
-  for (int dim = 2; dim <= 3; dim++) {
-    linear_on(dim, SCT_IPS);
-    linear_on(dim, SCT_IPSN);
-    linear_on(dim, SCT_LSMPS);
+  for (dim = 2; dim <= 3; dim++) {
+    linear_on(SCT_IPS);
+    linear_on(SCT_IPSN);
+    linear_on(SCT_LSMPS);
   }
 }
 
@@ -119,8 +117,7 @@ static void first_order_part_is_an_m_matrix(void **state) {
       .dim = 2, .upper = {1, 1}, .cells = {12, 12}, .jitter = 0.5, .seed = 2};
   const sct_operator op = limited_operator(SCT_PS);
   (void)state;
-  oblique_speed[0] = 1;
-  oblique_speed[1] = 0.4;
+  dim = 2;
   limited_problem problem = limited_problem_new(&p, &lattice, &op);
   const sct_csr *a = problem.system->matrix;
   for (int64_t row = 0; row < problem.system->unknowns; row++) {
