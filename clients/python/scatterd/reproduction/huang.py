@@ -224,7 +224,7 @@ def bounds_table(id, found):
     rows = [[name, row.bounds["min"], row.bounds["max"]]
             for name, study in found.items() for row in study.table]
     return Table(id, "Smallest and largest value (of the data: 4e-9 and 2)",
-                 ["kernel", "min", "max"], rows, {"min": "%.6f", "max": "%.6f"})
+                 ["kernel", "min", "max"], rows, {"min": "%.2e", "max": "%.7g"})
 
 
 def figure_6(figure, found):
@@ -242,14 +242,21 @@ def figure_6(figure, found):
         axes.grid(alpha=0.3)
     left.set_title("along y = 0.5")
     right.set_title("along the outlet, y = 0")
-    right.legend()
+    foot = left.inset_axes([0.09, 0.5, 0.29, 0.42])
+    for name in ("center", "upwind"):
+        line = found[name].table[0].profile
+        foot.plot(line["x"], line["value"], color=styles[name][0])
+    foot.set(xlim=(0.3, 0.9), ylim=(-0.015, 0.05))
+    foot.tick_params(labelsize=7)
+    foot.grid(alpha=0.3)
+    draw.legend_below(figure, right)
 
 
 def figure_8_data(found):
     rows = [[f"{row.mu:g}", name, row.bounds["min"], row.bounds["max"]]
             for name in ("published", "exact", "none") for row in found[name].table]
     table = Table("h11-figure-8", "Smallest and largest value (of the data: 0 and 1)",
-                  ["mu", "upwind", "min", "max"], rows, {"min": "%.4f", "max": "%.4f"})
+                  ["mu", "upwind", "min", "max"], rows, {"min": "%.1e", "max": "%.4f"})
     fields = {"mu 1e-3": found["a"], "mu 1e-5": found["b"]}
     return [table, lattice_data("h11-figure-8-fields", "Skew problem, upwind published", fields)]
 

@@ -208,14 +208,15 @@ def statistics_figure(dim):
         over_meshes(panels[1], ips, lambda row: 1 - row.effective_diffusivity["mean"][0])
         over_meshes(panels[1], ips, lambda row: row.effective_diffusivity["rms_deviation"][0],
                     "s--", "_")
-        panels[0].set_title(f"(a) artificial cell Reynolds number{', '.join(['', *AXES[:dim]])}")
+        components = f" ({', '.join(AXES[:dim])})" if dim > 1 else ""
+        panels[0].set_title(f"(a) cell Reynolds number{components}")
         panels[1].set_title("(b) $1-\\tau_{xx}$: mean (—), rms (- -)")
         if dim > 1:
             over_meshes(panels[2], ips, lambda row: shear(row, dim), "s--")
             panels[2].set_title("(c) $\\tau_{xy}$: rms")
         for axes in panels:
             draw.logarithmic(axes, OPERATOR[dim][0], xlabel="$n_C$")
-            axes.legend(fontsize=8)
+        draw.legend_below(figure, panels[0])
     return make
 
 
@@ -227,7 +228,7 @@ def velocity_figure(figure, found):
     right.set_title("(b) artificial cell Reynolds number")
     for axes in (left, right):
         draw.logarithmic(axes, OPERATOR[1][0], xlabel="$n_C$")
-        axes.legend()
+    draw.legend_below(figure, left)
 
 
 def diffusivity_figure(figure, found):
@@ -242,7 +243,7 @@ def diffusivity_figure(figure, found):
     axes.set_xticks(OPERATOR[1][0], [str(n) for n in OPERATOR[1][0]])
     axes.minorticks_off()
     axes.grid(alpha=0.3)
-    axes.legend(fontsize=8, ncols=2)
+    axes.legend(fontsize=8, loc="center left", bbox_to_anchor=(1.02, 0.5))
 
 
 def error_figure(dim):
@@ -390,13 +391,14 @@ def time_figure(dim):
                 "abc", figure.subplots(1, 3, sharey=True), panels.items()):
             for name, style in (("ps", "--"), ("ips", "-")):
                 for k, row in enumerate(found[f"{what} {name}"].table):
+                    width = 3 - k if what == "C_D" else 1.5  # lines that fall together
                     axes.plot(row.history["t"], row.history["l2"], style, color=draw.SHADES[k],
-                              label=f"{label} = {row[member]:g}" if name == "ips" else "_")
-            axes.plot([], [], "--", color="black", label="PS")
-            axes.plot([], [], "-", color="black", label="IPS")
+                              linewidth=width,
+                              label=f"{row[member]:g}" if name == "ips" else "_")
             axes.set(xscale="log", yscale="log", xlabel="t", title=f"({letter}) effect of {label}")
             axes.grid(alpha=0.3)
-            axes.legend(fontsize=7)
+            axes.legend(title=label, fontsize=8, loc="upper center", bbox_to_anchor=(0.5, -0.16),
+                        ncols=5, handlelength=1.2, columnspacing=1)
             axes.label_outer()
     return make
 
@@ -553,10 +555,11 @@ def time_items(dim):
     return [Item(f"h16-time-{dim}d-figure", f"Figure {figure}: error in time in {dim}-D",
                  "PS dashed, IPS drawn through. The paper's time step leaves out that the bound is "
                  "the least over the points.",
-                 time_asks(dim), time_figure_data(dim), time_figure(dim), size=(12, 4)),
+                 time_asks(dim), time_figure_data(dim), time_figure(dim), size=(12, 4.6)),
             Item(f"h16-time-{dim}d", f"Error in time in {dim}-D, and what cures it",
                  "PS and IPS act like a diffusivity below 1, so their errors stall; ipsn (IPS "
-                 "divided by the trace of its effective diffusivity) and lsmps converge.",
+                 "times d over the trace of its effective diffusivity) takes that bias away, and "
+                 "lsmps converges.",
                  time_table_asks(dim), time_table(dim))]
 
 
@@ -574,7 +577,7 @@ ITEMS = [
          {"ips": operator_asks(1)["ips"]}, lambda found: [], velocity_figure),
     Item("h16-figure-4", "Figure 4: effective diffusivity in 1-D",
          "\"Less than 4 % for alpha <= 0.5\" does not hold: see the statements.",
-         {"ips": operator_asks(1)["ips"]}, lambda found: [], diffusivity_figure, size=(6.4, 4.2)),
+         {"ips": operator_asks(1)["ips"]}, lambda found: [], diffusivity_figure, size=(8.4, 4.2)),
     *operator_items(1),
     Item("h16-figure-6", "Figure 6: solution of the heat equation in 1-D, alpha = 0.3",
          "t = 0.01, 0.02, 0.05, 0.1 and 0.5. One cloud per mesh.", figure_6_asks(), figure_6_data,

@@ -115,7 +115,7 @@ def write_item(item: Item, answers: dict[Ask, Any], folder: pathlib.Path) -> lis
     if item.draw:
         figure = draw.new(item.size)
         item.draw(figure, mine)
-        figure.savefig(folder / "figures" / f"{item.id}.png", dpi=130)
+        figure.savefig(folder / "figures" / f"{item.id}.png", dpi=130, bbox_inches="tight")
     return made
 
 
