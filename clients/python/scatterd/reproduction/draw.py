@@ -30,7 +30,7 @@ def space(figure: Any, place: tuple, title: str, label: str, view: tuple = (28, 
     axes = figure.add_subplot(*place, projection="3d")
     axes.set(xlabel="x", ylabel="y", zlabel=label, title=title)
     axes.view_init(*view)
-    axes.set_box_aspect((1, 1, 0.75), zoom=0.88)
+    axes.set_box_aspect((1, 1, 0.75), zoom=0.84)
     return axes
 
 
@@ -47,8 +47,9 @@ def surface(figure: Any, place: tuple, title: str, points: numpy.ndarray, values
     x, y, z = on_lattice(points, values)
     axes.plot_surface(x, y, z, rcount=45, ccount=90, cmap="viridis", linewidth=0.15,
                       edgecolor="#00000050")
-    axes.set_box_aspect((numpy.ptp(x), numpy.ptp(y), 0.75), zoom=0.88)
+    axes.set_box_aspect((numpy.ptp(x), numpy.ptp(y), 0.75), zoom=0.84 / numpy.ptp(x) ** 0.15)
     if numpy.ptp(x) > 1:
+        axes.xaxis.labelpad = 12
         axes.set_xticks([-1, -0.5, 0, 0.5, 1])
         axes.set_yticks([0, 0.5, 1])
         axes.set_zticks([0, 1, 2])
