@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include "ipc.h"
+#include "sandbox.h"
 
 /* Progress within a phase goes to the front at most this often; the reports in between are free. */
 static const double report_seconds = 0.1;
@@ -109,8 +110,10 @@ static void keep_memory(void) {
 
 int worker_main(void) {
   const ipc_news ready = {.kind = IPC_READY};
+  fault why;
   keep_memory();
   answer_prepare();
+  if (SANDBOXED && !sandbox_enter(&why)) fprintf(stderr, "scatterd: worker without sandbox: %s\n", why.text);
   if (!ipc_send(IPC_SOCKET, &ready, sizeof ready, -1)) {
     fputs("scatterd: a worker is started by the daemon only\n", stderr);
     return 2;
