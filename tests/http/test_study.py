@@ -127,9 +127,13 @@ class Cases(Study):
         self.assertIn("row 1 of 1", caught.exception.detail)
 
 
+# Last digits of the paper that cannot be had (tests/verify/verify_huang2011.c): by what was printed.
+LAST_DIGITS = {4.352e-4, 7.828e-3, 6.263e-3, 5.788e-3}
+
+
 class Huang(Study):
-    """Tables 1 to 5 of Huang et al. 2011, every number. What is expected of each, and which four of
-    the last digits cannot be had, is said in tests/verify/verify_huang2011.c."""
+    """Tables 1 to 5 of Huang et al. 2011, every number. What is expected of each is said in
+    tests/verify/verify_huang2011.c."""
 
     def column(self, case, cells, printed, member="l2", expected=None, mu=None, **operator):
         """Runs a column: the paper's numbers are found beside ours, which agree to the digit."""
@@ -138,7 +142,9 @@ class Huang(Study):
         for row, old, value in zip(table, printed, expected or printed):
             self.assertEqual(row.paper[member], old, f"{case} {operator} {row.cells}")
             unit = 10.0 ** (math.floor(math.log10(value)) - 3)
-            self.assertLess(abs(row[member] - value), unit, f"{case} {operator} {row.cells} cells")
+            off = abs(row[member] - value) / unit
+            self.assertLess(off, 1 if value in LAST_DIGITS else 0.5,
+                            f"{case} {operator} {row.cells} cells")
         self.assertEqual(len(table), len(printed))
 
     def kernels(self, case, cells, columns, mu=None):
