@@ -134,21 +134,27 @@ static bool pack(const ask *a, const emit *e, reply *r) {
   return deflate_bytes(r->coding, bytes, size, &r->bytes, &r->size) == INFLATE_OK;
 }
 
+static media accepted(const ask *a) {
+  static const media forms[] = {MEDIA_JSON, MEDIA_CBOR};
+  return media_pick(&a->accept, forms, 2);
+}
+
 static bool reply_result(const ask *a, task *t, performance *f, reply *r) {
-  emit *e = perform_run(t, f, a->accept);
+  media accept = accepted(a);
+  emit *e = perform_run(t, f, accept);
   if (!e) return false;
   bool done = pack(a, e, r);
   emit_free(&e);
   if (!done) (void)sct_fail(&t->error, SCT_E_MEMORY, -1, "no memory for the result");
   r->status = 200;
-  snprintf(r->type, sizeof r->type, "%s", media_type(a->accept));
+  snprintf(r->type, sizeof r->type, "%s", media_type(accept));
   return done;
 }
 
 /* Reads, runs and writes one decoded request. */
 static void reply_to(const ask *a, const process *p, const doc *root, task *t, reply *r) {
   performance f;
-  perform_read(t, p, root, a->accept, &f);
+  perform_read(t, p, root, accepted(a), &f);
   bool done = reply_result(a, t, &f, r);
   if (!done && t->complaints.found > 0) {
     reply_complaints(r, t);
@@ -164,7 +170,8 @@ void answer_prepare(void) {
 }
 
 void answer(const ask *a, reply *r) {
-  task t = {.limits = a->limits, .work = {(int)a->limits->threads, a->report, a->context}};
+  task t = {.limits = a->limits,
+            .work = {(int)a->limits->threads, a->calls.report, a->calls.context}};
   const process *p = process_find(a->process);
   const doc *root = NULL;
   void *plain = NULL;

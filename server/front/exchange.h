@@ -19,7 +19,7 @@ enum { EXCHANGE_FIELDS = 16, EXCHANGE_BASE = 1100, EXCHANGE_ITEM = 64 };
 typedef struct {
   int status; /* 0: there is no reply yet */
   const char *type;
-  char type_room[64]; /* where `type` may stand */
+  char type_room[128]; /* where `type` may stand */
   coding coding;
   int fd; /* closed once sent */
   const void *bytes;

@@ -20,6 +20,7 @@ typedef struct {
 /* ---- The header ---- */
 
 static const char *const offers[] = {"application/json", "application/cbor"};
+static const media offered[] = {MEDIA_JSON, MEDIA_CBOR};
 
 static const char *field(const exchange *x, const char *name, char room[512]) {
   return http_field(x, name, room, 512);
@@ -39,7 +40,7 @@ static void check_content(execution *e) {
   const char *text = field(e->x, "Content-Type", room);
   if (!e->x->has_body) {
     exchange_refuse(e->x, 411, "body: got neither Content-Length nor Transfer-Encoding");
-  } else if (!media_of_body(text, &e->ask.content)) {
+  } else if (!media_of_body(text, &e->ask.content) || e->ask.content > MEDIA_CBOR) {
     exchange_add(e->x, "Accept", "%s, %s", offers[0], offers[1]);
     exchange_refuse(e->x, 415, "Content-Type: got \"%.100s\", needs %s (UTF-8) or %s", text,
                     offers[0], offers[1]);
@@ -58,9 +59,8 @@ static void check_content_coding(execution *e) {
 static void check_accept(execution *e) {
   char room[512];
   const char *text = field(e->x, "Accept", room);
-  const int chosen = media_choose(text, offers, sizeof offers / sizeof *offers);
-  e->ask.accept = chosen == 1 ? MEDIA_CBOR : MEDIA_JSON;
-  if (chosen >= 0) return;
+  e->ask.accept = media_wishes(text);
+  if (media_pick(&e->ask.accept, offered, 2) != MEDIA_COUNT) return;
   exchange_refuse(e->x, 406, "Accept: got \"%.100s\", needs %s or %s among it", text, offers[0],
                   offers[1]);
 }

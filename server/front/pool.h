@@ -29,7 +29,7 @@ typedef enum {
 typedef struct {
   pool_end end;
   int status;     /* REPLY: HTTP status */
-  char type[64];  /* REPLY: media type */
+  char type[128]; /* REPLY: media type */
   coding coding;  /* REPLY */
   int fd;         /* REPLY: the bytes, the receiver's to close; else -1 */
   size_t size;    /* REPLY: bytes, present in fd */

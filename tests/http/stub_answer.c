@@ -81,8 +81,8 @@ static void do_phase(const ask *a, const char *text, reply *r) {
   char phase[32];
   double fraction, seconds;
   if (sscanf(text, "%31s %lf %lf", phase, &fraction, &seconds) != 3) return;
-  a->report(a->context, "before", 0);
-  a->report(a->context, phase, fraction);
+  a->calls.report(a->calls.context, "before", 0);
+  a->calls.report(a->calls.context, phase, fraction);
   pause_for(seconds);
   echo(a, text, r);
 }
@@ -119,7 +119,8 @@ void answer(const ask *a, reply *r) {
   text[length] = '\0';
   r->status = 200;
   r->coding = a->content_coding;
-  snprintf(r->type, sizeof r->type, "%s", media_type(a->accept));
+  const media forms[] = {MEDIA_JSON, MEDIA_CBOR};
+  snprintf(r->type, sizeof r->type, "%s", media_type(media_pick(&a->accept, forms, 2)));
   const size_t word = strcspn(text, " ");
   for (size_t k = 0; k < sizeof words / sizeof *words; k++) {
     if (strlen(words[k].word) != word || strncmp(words[k].word, text, word) != 0) continue;

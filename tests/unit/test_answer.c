@@ -429,8 +429,7 @@ static void test_report(void **state) {
                   .body = LINEAR,
                   .size = strlen(LINEAR),
                   .limits = &most,
-                  .report = listen,
-                  .context = &l};
+                  .calls = {.report = listen, .context = &l}};
   asked a = ask_all(&question);
   (void)state;
   assert_int_equal(200, a.raw.status);
