@@ -120,7 +120,8 @@ void answer(const ask *a, reply *r) {
   r->status = 200;
   r->coding = a->content_coding;
   const media forms[] = {MEDIA_JSON, MEDIA_CBOR};
-  snprintf(r->type, sizeof r->type, "%s", media_type(media_pick(&a->accept, forms, 2)));
+  const media form = media_pick(&a->accept, forms, 2);
+  snprintf(r->type, sizeof r->type, "%s", media_type(form == MEDIA_COUNT ? MEDIA_JSON : form));
   const size_t word = strcspn(text, " ");
   for (size_t k = 0; k < sizeof words / sizeof *words; k++) {
     if (strlen(words[k].word) != word || strncmp(words[k].word, text, word) != 0) continue;

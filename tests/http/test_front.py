@@ -207,7 +207,7 @@ class Execution(daemon.Case):
         self.assert_problem(self.execute("x", Accept_Encoding="identity;q=0"), 406)
 
     def test_not_acceptable(self):
-        self.assert_problem(self.execute("x", Accept="text/csv"), 406, "text/csv")
+        self.assert_problem(self.execute("x", Accept="image/png"), 406, "image/png")
 
     def test_prefer_is_read_but_all_is_synchronous(self):
         reply = self.execute("x", Prefer='respond-async, wait=10; foo="a,b", unknown')
