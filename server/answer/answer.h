@@ -20,16 +20,22 @@ typedef struct {
   media media;
   coding coding;
   char detail[512]; /* why there is none */
-} fetched;
+} ask_fetched;
+
+/* Where a value can be had from now on. */
+typedef struct {
+  int status; /* 200, or what the client is told */
+  char href[IPC_URL];
+  char detail[512]; /* why it is not kept */
+} ask_kept;
 
 /* What the caller does for an answer; NULL members: nobody does. */
 typedef struct {
   void *context;
   bool (*report)(void *context, const char *phase, double fraction);
-  void (*fetch)(void *context, const char *href, fetched *out);
-  void (*release)(void *context, fetched *out); /* after each fetch */
-  /* Keeps a value; writes the href it can be had at from now on. False: it cannot. */
-  bool (*keep)(void *context, const char *type, const void *bytes, size_t size, char href[IPC_URL]);
+  void (*fetch)(void *context, const char *href, ask_fetched *out);
+  void (*release)(void *context, ask_fetched *out); /* after each fetch */
+  void (*keep)(void *context, const char *type, const void *bytes, size_t size, ask_kept *out);
   bool (*checkpoint)(void *context, const void *bytes, size_t size);
 } ask_calls;
 

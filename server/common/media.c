@@ -142,6 +142,10 @@ bool media_find(const char *type, media *out) {
   return field_next(&type, &item) && media_of_name(item.name, out);
 }
 
+/* What a body may be. */
+static const bool is_body[MEDIA_COUNT] = {
+    [MEDIA_JSON] = true, [MEDIA_CBOR] = true, [MEDIA_NPY] = true, [MEDIA_CSV] = true};
+
 bool media_of_body(const char *content_type, media *out) {
   *out = MEDIA_JSON;
   if (content_type == NULL) return true;
@@ -150,7 +154,7 @@ bool media_of_body(const char *content_type, media *out) {
   if (!field_next(&rest, &item) || *rest != '\0') return false;
   span charset;
   if (field_parameter(&item, "charset", &charset) && !span_is(charset, "utf-8")) return false;
-  return media_of_name(item.name, out);
+  return media_of_name(item.name, out) && is_body[*out];
 }
 
 /* Row of a coding's name, -1 if unknown; x-gzip is an old name of gzip (RFC 9110, 8.4.1.3). */

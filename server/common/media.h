@@ -51,8 +51,8 @@ media media_pick(const wishes *w, const media *offers, int count);
 /* Does the field name this very type, with q > 0? Wildcards do not count. */
 bool media_names(const char *accept, const char *type);
 
-/* Type of a body, one of ours. No field means JSON. False for any other type or for a charset that
- * is not UTF-8. */
+/* Type of a body: JSON, CBOR, NPY or CSV. No field means JSON. False for any other type or for a
+ * charset that is not UTF-8. */
 bool media_of_body(const char *content_type, media *out);
 
 /* Coding of a body: identity when there is no field. False for an unknown coding and for several

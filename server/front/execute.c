@@ -23,7 +23,9 @@ typedef struct {
 /* ---- The header ---- */
 
 static const char *const offers[] = {"application/json", "application/cbor"};
-static const media offered[] = {MEDIA_JSON, MEDIA_CBOR};
+/* What some process may answer with; the worker knows which. */
+static const media offered[] = {MEDIA_JSON, MEDIA_CBOR, MEDIA_NPY,
+                                MEDIA_VTP,  MEDIA_CSV,  MEDIA_MULTIPART};
 
 static const char *field(const exchange *x, const char *name, char room[512]) {
   return http_field(x, name, room, 512);
@@ -63,7 +65,7 @@ static void check_accept(execution *e) {
   char room[512];
   const char *text = field(e->x, "Accept", room);
   e->ask.accept = media_wishes(text);
-  if (media_pick(&e->ask.accept, offered, 2) != MEDIA_COUNT) return;
+  if (media_pick(&e->ask.accept, offered, sizeof offered / sizeof *offered) != MEDIA_COUNT) return;
   exchange_refuse(e->x, 406, "Accept: got \"%.100s\", needs %s or %s among it", text, offers[0],
                   offers[1]);
 }

@@ -154,7 +154,8 @@ void answer(const ask *a, reply *r) {
   r->status = 200;
   r->coding = a->content_coding;
   const media forms[] = {MEDIA_JSON, MEDIA_CBOR};
-  snprintf(r->type, sizeof r->type, "%s", media_type(media_pick(&a->accept, forms, 2)));
+  const media form = media_pick(&a->accept, forms, 2);
+  snprintf(r->type, sizeof r->type, "%s", media_type(form == MEDIA_COUNT ? MEDIA_JSON : form));
   const size_t word = strcspn(text, " ");
   if (a->work == IPC_CHECK) {
     check(a, text, r);

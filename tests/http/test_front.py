@@ -207,7 +207,7 @@ class Execution(daemon.Case):
         self.assert_problem(self.execute("x", Accept_Encoding="identity;q=0"), 406)
 
     def test_not_acceptable(self):
-        self.assert_problem(self.execute("x", Accept="text/csv"), 406, "text/csv")
+        self.assert_problem(self.execute("x", Accept="image/png"), 406, "image/png")
 
     def test_other_preferences_stay_synchronous(self):
         reply = self.execute("x", Prefer='wait=10; foo="a,b", unknown, respond-asynchronously')
