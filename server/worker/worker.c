@@ -55,7 +55,8 @@ static int descriptor_of(const void *bytes, size_t size) {
 }
 
 static bool send_reply(const reply *r) {
-  ipc_news news = {.kind = IPC_REPLY, .coding = r->coding, .points = r->points};
+  ipc_news news = {
+      .kind = IPC_REPLY, .coding = r->coding, .points = r->points, .memory_bytes = r->memory_bytes};
   int fd = -1;
   if (r->bytes != NULL) fd = descriptor_of(r->bytes, r->size);
   if (fd >= 0) {
@@ -70,7 +71,10 @@ static bool send_reply(const reply *r) {
 
 static void answer_into(const ipc_ask *question, const void *body, reply *r) {
   reporter context = {.last = now()};
-  const ask a = {.process = question->process,
+  const ask a = {.work = question->work,
+                 .process = question->process,
+                 .output = question->output,
+                 .results_url = question->results_url,
                  .body = body,
                  .size = (size_t)question->size,
                  .content = question->content,
@@ -78,8 +82,7 @@ static void answer_into(const ipc_ask *question, const void *body, reply *r) {
                  .accept = question->accept,
                  .accept_coding = question->accept_coding,
                  .limits = &question->limits,
-                 .report = report,
-                 .context = &context};
+                 .calls = {.context = &context, .report = report}};
   answer(&a, r);
 }
 
@@ -182,7 +185,7 @@ int worker_run(const char *process, const char *path, const char *out, const lim
                  .body = body,
                  .size = size,
                  .content = content,
-                 .accept = media_of_path(out, content),
+                 .accept = media_wish(media_of_path(out, content)),
                  .limits = bounds};
   answer(&a, &r);
   if (r.bytes == NULL) {
