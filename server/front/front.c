@@ -14,7 +14,9 @@
 
 #include "listener.h"
 #include "log.h"
+#include "privilege.h"
 #include "route.h"
+#include "systemd.h"
 
 static const double farewell_seconds = 1; /* for the last replies to leave */
 
@@ -90,6 +92,7 @@ static void on_signal(void *self, uint32_t events) {
   log_say(LOG_INFO, "stopping", "signal %u of process %u: no new requests, %d to end",
           signal.ssi_signo, signal.ssi_pid, http_pending(f->http));
   f->stop = loop_now() + f->set->grace_seconds;
+  systemd_stopping(f->set->grace_seconds + farewell_seconds);
   http_quiesce(f->http);
   waits_stop(f->service.waits);
 }
@@ -121,6 +124,7 @@ static void stop_run(void *self) {
 static bool start(front *f, fault *why) {
   if (!find_data_dir(f->set, why) || !raise_descriptors(f->set, why)) return false;
   if (!listener_open(&f->listener, f->set->listen, why)) return false;
+  if (!privilege_drop(f->set->user, f->set->data_dir, why)) return false;
   f->loop = loop_new();
   if (f->loop == NULL) return fault_set(why, "cannot start: %s", strerror(errno));
   if (!watch_signals(f, why)) return false;
@@ -177,6 +181,7 @@ int front_main(parameters *set) {
   const bool started = start(&f, &why);
   if (started) {
     log_start(&f);
+    systemd_ready();
     loop_run(f.loop);
     say_farewell(&f);
     log_say(LOG_INFO, "stopped", "done");
