@@ -65,15 +65,7 @@ class Systemd(unittest.TestCase):
 
 @unittest.skipIf(os.geteuid() != 0, "only root can become somebody else")
 class User(daemon.Case):
-
-    @classmethod
-    def setUpClass(cls):
-        directory = tempfile.mkdtemp(prefix="user-test-")
-        os.chmod(directory, 0o755)  # the user must be able to reach its data
-        cls.addClassCleanup(shutil.rmtree, directory)
-        cls.options = ["--workers", "1", "--user", "nobody",
-                       "--data-dir", os.path.join(directory, "data")]
-        super().setUpClass()
+    options = ["--workers", "1", "--user", "nobody"]
 
     def test_front_and_workers_have_left_root(self):
         nobody = str(pwd.getpwnam("nobody").pw_uid)
