@@ -8,7 +8,7 @@
 #include "job_status.h"
 #include "negotiate.h"
 #include "prefer.h"
-#include "render.h"
+#include "rendering.h"
 
 bool job_of_route(const service *s, exchange *x, job_view *view) {
   const store_result result = jobs_find(s->jobs, x->item, view);
@@ -118,7 +118,7 @@ static void refuse_active(const service *s, exchange *x, const job_row *row) {
 }
 
 static void send_results(const service *s, exchange *x, const job_row *row) {
-  x->task = render_new(s, x, row, x->item2);
+  x->task = rendering_new(s, x, row, x->item2);
 }
 
 static void send_failure(const service *s, exchange *x, const job_row *row) {
@@ -142,9 +142,9 @@ void job_results_serve(const service *s, exchange *x) {
 }
 
 void job_results_end(const service *s, exchange *x) {
-  render *r = x->task;
+  rendering *r = x->task;
   (void)s;
-  render_free(&r);
+  rendering_free(&r);
   x->task = NULL;
 }
 
