@@ -78,7 +78,8 @@ void job_become(job *c, job_state state, const char *format, ...) {
   c->row.updated = unix_now();
   if (state == JOB_RUNNING && c->row.started <= 0) c->row.started = c->row.updated;
   if (state >= JOB_SUCCESSFUL) {
-    c->row.finished = c->row.updated;
+    c->row.finished = fmax(c->row.updated, c->all->last + 1e-6);
+    c->all->last = c->row.finished;
     if (c->row.parent == 0) c->row.expires = c->row.finished + c->all->set->result_seconds;
   }
   job_save(c);

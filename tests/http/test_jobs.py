@@ -675,6 +675,53 @@ class Batches(Jobs):
         parts = self.get(f"/jobs?parent={job}").json["jobs"]
         self.assertEqual({part["status"] for part in parts}, {"dismissed"})
 
+    def test_results_as_a_document(self):
+        job = self.submit('batch 3 "')  # bodies that are JSON: " #0 and so on are not, "" is
+        self.finish(job)
+        document = self.results(job)
+        self.assertEqual((document.status, document.type), (200, "application/json"))
+        text = document.body.decode()
+        self.assertTrue(text.startswith('{"results":[{"index":0,"jobID":"'), text)
+        self.assertTrue(text.endswith('" #2}]}'), text)
+        self.assertEqual(self.get(f"/jobs/{job}/results/1").body, b'" #1')
+        for item in ("3", "-1", "x", "1x"):
+            self.assert_problem(self.get(f"/jobs/{job}/results/{item}"), 404, "batch")
+
+    def test_results_by_line(self):
+        job = self.submit("batch 6 sleep 0.3")
+        self.assertEqual(self.assert_problem(self.results(job), 404)["type"],
+                         EXCEPTION + "result-not-ready")
+        connection = self.daemon.connect()
+        connection.request("GET", f"/jobs/{job}/results",
+                           headers={"Accept": "application/x-ndjson"})
+        reply = connection.getresponse()
+        self.assertEqual(reply.headers["Content-Type"], "application/x-ndjson")
+        first = reply.readline().decode()
+        self.assertEqual(self.status(job)["status"], "running")  # it came before the end
+        lines = [first, *(line.decode() for line in reply)]
+        self.assertEqual(sorted(line.split(",")[0] for line in lines),
+                         [f'{{"index":{k}' for k in range(6)])
+        for line in lines:
+            self.assertRegex(line, r'"status":"successful","results":sleep 0.3 #\d}\n$')
+        connection.close()
+
+    def test_results_that_failed(self):
+        job = self.submit("batch 1 sleep 60")
+        daemon.wait_until(lambda: self.get(f"/jobs?parent={job}&status=running").json["jobs"], "it")
+        other = self.submit("batch 2 problem")
+        self.finish(other)
+        reply = self.get(f"/jobs/{other}/results", Accept="application/x-ndjson")
+        self.assert_problem(reply, 422, "none of the 2")
+        part = self.get(f"/jobs?parent={other}").json["jobs"][0]["jobID"]
+        self.assert_problem(self.results(part), 422, "singular")
+        self.dismiss(job)
+
+    def test_many(self):
+        job = self.submit("batch 300 x")
+        lines = self.get(f"/jobs/{job}/results", Accept="application/x-ndjson").body.splitlines()
+        self.assertEqual(len({line.split(b",")[0] for line in lines}), 300)
+        self.assertEqual(self.results(job).body.count(b'"successful"'), 300)
+
     def test_all_fail(self):
         job = self.submit("batch 2 problem")
         self.assertEqual(self.finish(job)["status"], "failed")
