@@ -30,6 +30,19 @@ typedef struct {
   double receive_seconds;
   double idle_seconds;
   double grace_seconds;
+  int64_t job_queue;     /* jobs */
+  int64_t job_attempts;
+  int64_t batch_parts;
+  int64_t memory_budget; /* bytes; 0: three quarters of the machine's */
+  int64_t reuse_results; /* 0 or 1 */
+  int64_t streams;
+  double job_seconds;
+  double result_seconds;
+  double wait_seconds;
+  double heartbeat_seconds;
+  char callback_hosts[PARAM_TEXT];
+  char callback_key[PARAM_TEXT];
+  int64_t callback_attempts;
   limits limits;
 } parameters;
 
