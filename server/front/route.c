@@ -177,14 +177,15 @@ static void add_cors(const service *s, exchange *x) {
   const char *origin = http_field(x, "Origin", room, sizeof room);
   if (origin == NULL || !is_listed(s->set->cors_origins, origin)) return;
   exchange_add(x, "Access-Control-Allow-Origin", "%s", origin);
-  exchange_add(x, "Access-Control-Expose-Headers", "Location, Retry-After, X-Request-Id");
+  exchange_add(x, "Access-Control-Expose-Headers", "Location, Retry-After, Preference-Applied, ETag, X-Request-Id");
 }
 
 static void answer_options(exchange *x, const char *allow) {
   exchange_add(x, "Allow", "%s", allow);
   exchange_add(x, "Access-Control-Allow-Methods", "%s", allow);
   exchange_add(x, "Access-Control-Allow-Headers",
-               "Accept, Content-Type, Content-Encoding, Prefer, X-Request-Id");
+               "Accept, Authorization, Content-Type, Content-Encoding, If-None-Match, "
+               "Last-Event-ID, Prefer, Range, X-Request-Id");
   exchange_add(x, "Access-Control-Max-Age", "86400");
   exchange_text(x, 204, "", "");
 }
