@@ -7,6 +7,7 @@
 #include "execute.h"
 #include "field.h"
 #include "media.h"
+#include "page.h"
 #include "site.h"
 
 static const char html[] = "text/html; charset=utf-8";
@@ -37,7 +38,13 @@ static void get_landing(const service *s, exchange *x) {
   const char *const offers[] = {media_type(MEDIA_JSON), html};
   const int chosen = choose(x, offers, 2);
   if (chosen == 0) site_serve(x, "landing.json", offers[0]);
-  if (chosen == 1) site_serve(x, "landing.html", html);
+  if (chosen == 1 && page_exists()) page_serve(x);
+  if (chosen == 1 && !page_exists()) site_serve(x, "landing.html", html);
+}
+
+static void get_asset(const service *s, exchange *x) {
+  (void)s;
+  page_serve_asset(x, x->item);
 }
 
 static void get_api(const service *s, exchange *x) {
@@ -107,6 +114,7 @@ typedef struct {
 
 static const route table[] = {
     {"GET", "/", NULL, get_landing, NULL},
+    {"GET", "/assets/{}", NULL, get_asset, NULL},
     {"GET", "/api", NULL, get_api, NULL},
     {"GET", "/conformance", NULL, get_conformance, NULL},
     {"GET", "/processes", NULL, get_processes, NULL},
