@@ -185,7 +185,8 @@ static void add_cors(const service *s, exchange *x) {
   const char *origin = http_field(x, "Origin", room, sizeof room);
   if (origin == NULL || !is_listed(s->set->cors_origins, origin)) return;
   exchange_add(x, "Access-Control-Allow-Origin", "%s", origin);
-  exchange_add(x, "Access-Control-Expose-Headers", "Location, Retry-After, Preference-Applied, ETag, X-Request-Id");
+  exchange_add(x, "Access-Control-Expose-Headers",
+               "Location, Retry-After, Preference-Applied, ETag, X-Request-Id");
 }
 
 static void answer_options(exchange *x, const char *allow) {

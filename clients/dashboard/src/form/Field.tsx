@@ -160,7 +160,7 @@ function VectorField(props: FieldProps) {
   return (
     <Line {...props}>
       {(id, attributes) => (
-        <div class="components">
+        <div class={`components${parts.some((part) => show(part).length > 11) ? ' tall' : ''}`}>
           {parts.map((part, k) => (
             <input key={k} id={k ? undefined : id} {...attributes} class="code" value={show(part)} spellcheck={false}
               aria-label={`${plainName(props.name)}, ${'xyz'[k]}`} onInput={(event) => set(k, event.currentTarget.value)} />

@@ -33,12 +33,18 @@ export function ColourBar({ map, range, label, onRange }: Props) {
       <div class="colour-strip">
         <canvas ref={canvas} aria-hidden="true" />
         <div class="colour-ticks" aria-hidden="true">
-          {[0.25, 0.5, 0.75].map((part) => <span key={part}>{number(least + part * (greatest - least))}</span>)}
+          {[0.25, 0.5, 0.75].map((part) => <span key={part}>{number(between(range, part))}</span>)}
         </div>
       </div>
       <End name={`Greatest ${label}`} value={greatest} onChange={(value) => set(1, value)} />
     </div>
   );
+}
+
+/** A value between the ends; what is nothing but rounding is 0. */
+function between([least, greatest]: [number, number], part: number): number {
+  const value = least + part * (greatest - least);
+  return Math.abs(value) < 1e-5 * (greatest - least) ? 0 : value;
 }
 
 /** One end of the range; emptied, it goes back to that of the values. */

@@ -20,8 +20,17 @@ export interface Look {
 
 const margin = 1.4; // texture over canvas
 
-const pointVertex = `#version 300 es
+/** Few points are quads, many are GL points: these cannot be as large as one likes on every card, but
+ *  a million of them costs a thousandth of what a million quads cost without a card. */
+const quadsUpTo = 20_000;
+
+/** Both kinds from the same text; `#define QUADS` comes before it. */
+const pointVertex = `
+#ifdef QUADS
 layout(location = 0) in vec2 corner;
+#else
+const vec2 corner = vec2(0.0);
+#endif
 layout(location = 1) in vec3 place;
 layout(location = 2) in float value;
 uniform vec3 centre;
@@ -30,39 +39,47 @@ uniform vec2 scale;
 uniform vec2 radius;
 uniform float depth;
 uniform vec2 range;
-uniform vec2 world;
+uniform float pixels;
 out vec2 at;
-out vec2 spot;
+flat out vec2 spot;
 flat out float shade;
 void main() {
   vec3 p = turn * (place - centre);
   gl_Position = vec4(p.xy * scale + corner * radius, -p.z * depth, 1.0);
+  gl_PointSize = 2.0 * pixels;
   at = corner;
-  spot = place.xy + corner * world;
+  spot = place.xy;
   shade = value > 1e30 ? -1.0 : clamp((value - range.x) * range.y, 0.0, 1.0);
 }`;
 
-const pointFragment = `#version 300 es
+const pointFragment = `
 precision highp float;
 in vec2 at;
-in vec2 spot;
+flat in vec2 spot;
 flat in float shade;
 uniform sampler2D colours;
 uniform bool cells;
 uniform bool solid;
+uniform float world;
 uniform vec4 box;
 out vec4 colour;
 void main() {
-  float d = length(at);
+#ifdef QUADS
+  vec2 from = at;
+#else
+  vec2 from = vec2(2.0, -2.0) * gl_PointCoord + vec2(-1.0, 1.0);
+#endif
+  float d = length(from);
   if (d > 1.0) discard;
-  if (cells && (any(lessThan(spot, box.xy)) || any(greaterThan(spot, box.zw)))) discard;
+  vec2 here = spot + from * world;
+  if (cells && (any(lessThan(here, box.xy)) || any(greaterThan(here, box.zw)))) discard;
   gl_FragDepth = cells ? 0.999 * d : gl_FragCoord.z;
   vec3 paint = shade < 0.0 ? vec3(0.5) : texture(colours, vec2((shade * 255.0 + 0.5) / 256.0, 0.5)).rgb;
   if (solid) paint *= 0.7 + 0.3 * sqrt(1.0 - d * d);
   colour = vec4(paint, 1.0);
 }`;
 
-const showVertex = `#version 300 es
+const showVertex = `
 layout(location = 0) in vec2 corner;
 uniform vec4 map;
 out vec2 uv;
@@ -71,7 +88,7 @@ void main() {
   uv = corner * map.xy + map.zw;
 }`;
 
-const showFragment = `#version 300 es
+const showFragment = `
 precision highp float;
 in vec2 uv;
 uniform sampler2D image;
@@ -88,7 +105,8 @@ interface Program {
 
 export class Renderer {
   private readonly gl: WebGL2RenderingContext;
-  private readonly points: Program;
+  private readonly quads: Program;
+  private readonly dots: Program;
   private readonly show: Program;
   private readonly places: WebGLBuffer;
   private readonly values: WebGLBuffer;
@@ -110,14 +128,17 @@ export class Renderer {
     const gl = canvas.getContext('webgl2', { antialias: false, alpha: true, preserveDrawingBuffer: true });
     if (!gl) throw new Error('This browser has no WebGL 2, which the picture needs.');
     this.gl = gl;
-    this.points = this.link(pointVertex, pointFragment);
-    this.show = this.link(showVertex, showFragment);
+    const versioned = (text: string, define = ''): string => `#version 300 es\n${define}${text}`;
+    const quads = '#define QUADS\n';
+    this.quads = this.link(versioned(pointVertex, quads), versioned(pointFragment, quads));
+    this.dots = this.link(versioned(pointVertex), versioned(pointFragment));
+    this.show = this.link(versioned(showVertex), versioned(showFragment));
     const corners = this.fill(gl.createBuffer(), Float32Array.of(-1, -1, 1, -1, -1, 1, 1, 1));
-    this.attribute(corners, 0, 2, 0);
+    this.attribute(corners, 0, 2);
     this.places = gl.createBuffer();
-    this.attribute(this.places, 1, 3, 1);
+    this.attribute(this.places, 1, 3);
     this.values = gl.createBuffer();
-    this.attribute(this.values, 2, 1, 1);
+    this.attribute(this.values, 2, 1);
     this.colours = this.texture();
     this.image = this.texture();
     this.target = gl.createFramebuffer();
@@ -181,12 +202,14 @@ export class Renderer {
   }
 
   private drawFully(camera: Camera, size: Size, look: Look, hurried: boolean): void {
+    const wait = (): void => this.gl.readPixels(0, 0, 1, 1, this.gl.RGBA, this.gl.UNSIGNED_BYTE, new Uint8Array(4));
+    if (!hurried) wait(); // for what was asked of the card before
     const began = performance.now();
     const count = hurried && this.dim === 3 ? Math.ceil((this.count * 12) / this.cost) : this.count;
     this.drawImage(camera, size, look, Math.min(count, this.count));
     this.drawn = { camera, size };
     if (hurried) return;
-    this.gl.readPixels(0, 0, 1, 1, this.gl.RGBA, this.gl.UNSIGNED_BYTE, new Uint8Array(4)); // waits for it
+    wait();
     this.cost = performance.now() - began;
     this.canvas.dataset.drawn = this.cost.toFixed(1);
     this.canvas.dataset.points = String(this.count);
@@ -201,15 +224,23 @@ export class Renderer {
     gl.enable(gl.DEPTH_TEST);
     gl.clearColor(0, 0, 0, 0);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
-    gl.useProgram(this.points.program);
-    this.setUniforms(camera, { width, height }, look);
+    const isQuads = this.count <= quadsUpTo;
+    const program = isQuads ? this.quads : this.dots;
+    gl.useProgram(program.program);
+    this.setUniforms(program, camera, { width, height }, look);
     gl.bindTexture(gl.TEXTURE_2D, this.colours);
-    gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, count);
+    this.advance(isQuads ? 1 : 0);
+    if (isQuads) gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, count);
+    else gl.drawArrays(gl.POINTS, 0, count);
   }
 
-  private setUniforms(camera: Camera, { width, height }: Size, look: Look): void {
+  /** Place and value of a point: once per instance (1), or per vertex (0). */
+  private advance(divisor: number): void {
+    for (const place of [1, 2]) this.gl.vertexAttribDivisor(place, divisor);
+  }
+
+  private setUniforms({ at }: Program, camera: Camera, { width, height }: Size, look: Look): void {
     const { gl, unit } = this;
-    const { at } = this.points;
     const pixels = camera.zoom * unit;
     const radius = Math.max(look.radius / unit, 0.75 / pixels);
     const [least, greatest] = look.range;
@@ -218,7 +249,8 @@ export class Renderer {
     gl.uniformMatrix3fv(at('turn'), true, axesOf(camera).flat());
     gl.uniform2f(at('scale'), (2 * pixels) / width, (2 * pixels) / height);
     gl.uniform2f(at('radius'), (2 * pixels * radius) / width, (2 * pixels * radius) / height);
-    gl.uniform2f(at('world'), radius, radius);
+    gl.uniform1f(at('world'), radius);
+    gl.uniform1f(at('pixels'), pixels * radius);
     gl.uniform1f(at('depth'), 0.3);
     gl.uniform2f(at('range'), least, greatest > least ? 1 / (greatest - least) : 0);
     gl.uniform1i(at('cells'), +cells);
@@ -292,12 +324,11 @@ export class Renderer {
     return buffer;
   }
 
-  private attribute(buffer: WebGLBuffer, place: number, size: number, divisor: number): void {
+  private attribute(buffer: WebGLBuffer, place: number, size: number): void {
     const { gl } = this;
     gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
     gl.enableVertexAttribArray(place);
     gl.vertexAttribPointer(place, size, gl.FLOAT, false, 0, 0);
-    gl.vertexAttribDivisor(place, divisor);
   }
 
   private texture(): WebGLTexture {
