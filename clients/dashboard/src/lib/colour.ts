@@ -11,7 +11,7 @@ export const maps: Record<string, { label: string; at: (t: number) => string }> 
   viridis: { label: 'Viridis', at: interpolateViridis },
   magma: { label: 'Magma', at: interpolateMagma },
   cividis: { label: 'Cividis', at: interpolateCividis },
-  diverging: { label: 'Blue-red (diverging)', at: (t) => interpolateRdBu(1 - t) },
+  diverging: { label: 'Blue to red', at: (t) => interpolateRdBu(1 - t) },
 };
 
 /** 256 RGBA colours of a map, for a texture. */

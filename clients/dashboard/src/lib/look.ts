@@ -12,12 +12,13 @@ export interface Look {
   motion: string;
   cells: boolean;
   size: number;
+  opened: number; // in space: how much of the front is hidden
   cut: Cut | undefined;
   camera: Camera | undefined;
 }
 
 export const firstLook: Look = {
-  field: '', map: '', range: undefined, step: -1, arrows: '', motion: '', cells: true, size: 1, cut: undefined, camera: undefined,
+  field: '', map: '', range: undefined, step: -1, arrows: '', motion: '', cells: true, size: 1, opened: 0, cut: undefined, camera: undefined,
 };
 
 const digits = (value: number): string => String(Number(value.toPrecision(7)));
@@ -36,6 +37,7 @@ export function writeLook(look: Look, query: URLSearchParams): void {
     ['motion', look.motion || undefined],
     ['cells', look.cells ? undefined : '0'],
     ['size', look.size === 1 ? undefined : digits(look.size)],
+    ['opened', look.opened ? digits(look.opened) : undefined],
     ['cut', cut && list([...cut.from, ...cut.to])],
     ['camera', camera && list([...camera.centre, camera.zoom, camera.yaw, camera.pitch])],
   ];
@@ -58,6 +60,7 @@ export function readLook(query: URLSearchParams): Look {
     motion: get('motion'),
     cells: get('cells') !== '0',
     size: Number(get('size')) || 1,
+    opened: Number(get('opened')) || 0,
     cut: cut && { from: [cut[0]!, cut[1]!], to: [cut[2]!, cut[3]!] },
     camera: camera && { centre: [camera[0]!, camera[1]!, camera[2]!], zoom: camera[3]!, yaw: camera[4]!, pitch: camera[5]! },
   };

@@ -1,33 +1,35 @@
 /** Numbers for people. */
 
-import { format } from 'd3-format';
+const minus = (text: string): string => text.replaceAll('-', '−');
 
-const short = format('.4~g');
-const thousands = format(',');
+function grouped(value: number): string {
+  return minus(String(value)).replace(/\B(?=(\d{3})+$)/g, ' '); // a narrow space that does not break
+}
 
-/** Four digits, with a real minus: 0.01034, 1.2e-5. */
+/** Four digits, with a real minus: 0.01034, 1.2e−5; whole numbers whole. */
 export function number(value: number): string {
   if (!Number.isFinite(value)) return Number.isNaN(value) ? 'no number' : value > 0 ? '∞' : '−∞';
   if (value === 0) return '0';
   const size = Math.abs(value);
-  const text = size < 1e-3 || size >= 1e6 ? value.toExponential(3).replace(/\.?0+e/, 'e').replace('e+', 'e') : short(value);
-  return text.replace(/^[-−]/, '−').replace('e-', 'e−');
+  if (Number.isInteger(value) && size < 1e7) return grouped(value);
+  if (size >= 1e-3 && size < 1e5) return minus(String(Number(value.toPrecision(4))));
+  return minus(value.toExponential(3).replace(/\.?0*e\+?/, 'e'));
 }
 
 export function count(value: number): string {
-  return thousands(value).replaceAll(',', ' ');
+  return grouped(value);
 }
 
 export function seconds(value: number): string {
-  if (value < 1) return `${number(value * 1000)} ms`;
-  if (value < 120) return `${short(value)} s`;
+  if (value < 1) return `${Number((value * 1000).toPrecision(3))} ms`;
+  if (value < 120) return `${Number(value.toPrecision(3))} s`;
   return `${Math.floor(value / 60)} min ${Math.round(value % 60)} s`;
 }
 
 export function bytes(value: number): string {
-  const unit = value < 1e3 ? 'B' : value < 1e6 ? 'kB' : value < 1e9 ? 'MB' : 'GB';
-  const scale = { B: 1, kB: 1e3, MB: 1e6, GB: 1e9 }[unit];
-  return `${format('.3~r')(value / scale)} ${unit}`;
+  const units = ['B', 'kB', 'MB', 'GB', 'TB'];
+  const k = Math.min(4, Math.max(0, Math.floor(Math.log10(value || 1) / 3)));
+  return `${Number((value / 1000 ** k).toPrecision(3))} ${units[k]}`;
 }
 
 export function when(time: string | undefined): string {

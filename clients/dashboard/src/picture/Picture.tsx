@@ -61,6 +61,7 @@ export function Picture({ scene, field, values, range, map, look, tool, onCut, o
     if (values && values.length === scene.count) view.current?.setValues(values);
   }, [values, scene]);
   useEffect(() => view.current?.setShape(look.cells, look.size), [look.cells, look.size, scene]);
+  useEffect(() => view.current?.setOpening(look.opened), [look.opened, scene]);
   useEffect(() => view.current?.setCut(look.cut), [look.cut, scene]);
   useEffect(() => {
     if (view.current) view.current.tool = tool;

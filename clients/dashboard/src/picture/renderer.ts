@@ -16,6 +16,8 @@ export interface Look {
   radius: number;
   /** Cells of the plane, else discs. */
   cells: boolean;
+  /** Part of the depth of a cloud in space that is hidden, from the viewer's side. */
+  opened: number;
 }
 
 const margin = 1.4; // texture over canvas
@@ -40,12 +42,13 @@ uniform vec2 radius;
 uniform float depth;
 uniform vec2 range;
 uniform float pixels;
+uniform float nearest;
 out vec2 at;
 flat out vec2 spot;
 flat out float shade;
 void main() {
   vec3 p = turn * (place - centre);
-  gl_Position = vec4(p.xy * scale + corner * radius, -p.z * depth, 1.0);
+  gl_Position = vec4(p.xy * scale + corner * radius, p.z > nearest ? 2.0 : -p.z * depth, 1.0);
   gl_PointSize = 2.0 * pixels;
   at = corner;
   spot = place.xy;
@@ -252,6 +255,7 @@ export class Renderer {
     gl.uniform1f(at('world'), radius);
     gl.uniform1f(at('pixels'), pixels * radius);
     gl.uniform1f(at('depth'), 0.3);
+    gl.uniform1f(at('nearest'), this.dim === 3 ? 0.9 - 1.8 * look.opened : 1e9);
     gl.uniform2f(at('range'), least, greatest > least ? 1 / (greatest - least) : 0);
     gl.uniform1i(at('cells'), +cells);
     gl.uniform1i(at('solid'), +(this.dim === 3));

@@ -34,7 +34,7 @@ export class PictureView {
   private spacing = 1;
   private camera: Camera = { centre: [0, 0, 0], zoom: 1, yaw: 0, pitch: 0 };
   private size: Size = { width: 1, height: 1 };
-  private look: Look = { range: [0, 1], radius: 1, cells: true };
+  private look: Look = { range: [0, 1], radius: 1, cells: true, opened: 0 };
   private pointSize = 1;
   private arrows: { vectors: Float64Array; strongest: number } | undefined;
   private tracers: Tracers | undefined;
@@ -92,6 +92,13 @@ export class PictureView {
     this.ask();
   }
 
+  /** In space: hides the part of the cloud nearest to the viewer, up to all of it (1). */
+  setOpening(opened: number): void {
+    this.look = { ...this.look, opened };
+    this.renderer.invalidate();
+    this.ask();
+  }
+
   setArrows(vectors: Float64Array | undefined): void {
     this.arrows = vectors && { vectors, strongest: strongest(vectors) || 1 };
     this.ask();
@@ -102,7 +109,7 @@ export class PictureView {
     if (vectors && scene && grid) {
       const side = Math.max(scene.upper[0]! - scene.lower[0]!, scene.upper[1]! - scene.lower[1]!);
       const pace = side / 4 / (strongest(vectors) || 1);
-      this.tracers = new Tracers(scene.points, vectors, grid, 1.5 * this.spacing, pace);
+      this.tracers = new Tracers(scene.points, vectors, grid, this.spacing, pace);
     } else {
       this.tracers = undefined;
     }
@@ -159,7 +166,7 @@ export class PictureView {
     const { scene, camera, size } = this;
     if (!scene || size.width < 2) return;
     const moving = now - this.moved < rest;
-    const radius = this.pointSize * this.spacing * (this.look.cells && scene.dim < 3 ? 1 : 0.45);
+    const radius = this.pointSize * this.spacing * (this.look.cells && scene.dim < 3 ? 1.6 : 0.45);
     this.renderer.draw(camera, size, { ...this.look, radius }, moving);
     this.drawOver(scene, now);
     if (moving || this.tracers) this.ask();

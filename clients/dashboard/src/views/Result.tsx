@@ -95,11 +95,16 @@ function SceneResult({ request, result, seconds, look, onLook, scene }: Props & 
               {scene.fields.map(({ id, label }) => <option key={id} value={id}>{label}</option>)}
             </select>
           </label>
-          <label class="pick"><span>Map</span>
+          {scene.dim > 1 && <label class="pick"><span>Map</span>
             <select value={map} onChange={(event) => set({ map: event.currentTarget.value })}>
               {Object.entries(maps).map(([name, { label }]) => <option key={name} value={name}>{label}</option>)}
             </select>
-          </label>
+          </label>}
+          {scene.dim === 3 && (
+            <label class="pick"><span>Open</span>
+              <input type="range" min={0} max={1} step={0.02} value={look.opened} onInput={(event) => set({ opened: Number(event.currentTarget.value) })} />
+            </label>
+          )}
           {scene.dim === 2 && <VectorPick label="Arrows" value={look.arrows} scene={scene} onChange={(arrows) => set({ arrows })} />}
           {scene.dim === 2 && <VectorPick label="Motion" value={look.motion} scene={scene} onChange={(motion) => set({ motion })} />}
           {scene.dim > 1 && <ShapePick look={look} dim={scene.dim} set={set} />}

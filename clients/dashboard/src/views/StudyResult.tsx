@@ -46,15 +46,28 @@ export function StudyResult({ result }: { result: Result }) {
   );
 }
 
-/** Members that are plain numbers, in the order of the first row. */
-function columnsOf(table: Row[]): string[] {
-  const names = table.flatMap((row) => Object.keys(row).filter((name) => typeof row[name] === 'number'));
-  return [...new Set(names)];
+const first = ['cells', 'points', 'l2', 'rate_l2', 'linf', 'rate_linf', 'linf_all', 'seconds'];
+
+interface Column {
+  name: string;
+  paper: boolean;
+}
+
+/** Members that are plain numbers, the telling ones first; after each what the paper printed. */
+function columnsOf(table: Row[]): Column[] {
+  const own = new Set(table.flatMap((row) => Object.keys(row).filter((name) => typeof row[name] === 'number')));
+  const printed = new Set(table.flatMap(({ paper }) => Object.keys(paper ?? {})));
+  const names = [...first.filter((name) => own.has(name)), ...[...own].filter((name) => !first.includes(name))];
+  return names.flatMap((name) => [{ name, paper: false }, ...(printed.has(name) ? [{ name, paper: true }] : [])]);
+}
+
+function cell(row: Row, { name, paper }: Column): string {
+  const value = paper ? row.paper?.[name] : row[name];
+  return typeof value === 'number' ? number(value) : '';
 }
 
 function StudyTable({ table, requests }: { table: Row[]; requests: Request[] | undefined }) {
   const columns = columnsOf(table);
-  const printed = [...new Set(table.flatMap(({ paper }) => Object.keys(paper ?? {})))];
   const open = async (k: number): Promise<void> => {
     const { inputs } = requests![k]!;
     const packed = await pack({ process: 'field' in inputs ? 'apply' : 'solve', inputs });
@@ -65,17 +78,17 @@ function StudyTable({ table, requests }: { table: Row[]; requests: Request[] | u
       <table class="numbers">
         <thead>
           <tr>
-            {columns.map((name) => <th key={name} scope="col">{name.replaceAll('_', ' ')}</th>)}
-            {printed.map((name) => <th key={name} scope="col" class="paper">{name.replaceAll('_', ' ')}, paper</th>)}
             {requests && <th scope="col"><span class="unseen">Look at it</span></th>}
+            {columns.map(({ name, paper }) => (
+              <th key={name + paper} scope="col" class={paper ? 'paper' : undefined}>{paper ? 'in the paper' : name.replaceAll('_', ' ')}</th>
+            ))}
           </tr>
         </thead>
         <tbody>
           {table.map((row, k) => (
             <tr key={k}>
-              {columns.map((name) => <td key={name}>{row[name] === undefined ? '' : number(row[name] as number)}</td>)}
-              {printed.map((name) => <td key={name} class="paper">{row.paper?.[name] === undefined ? '' : number(row.paper[name])}</td>)}
-              {requests?.[k] && <td><button type="button" class="link" onClick={() => void open(k)}>look</button></td>}
+              {requests && <td>{requests[k] && <button type="button" class="link" onClick={() => void open(k)}>look</button>}</td>}
+              {columns.map((column) => <td key={column.name + column.paper} class={column.paper ? 'paper' : undefined}>{cell(row, column)}</td>)}
             </tr>
           ))}
         </tbody>

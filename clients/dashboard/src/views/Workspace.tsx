@@ -67,6 +67,13 @@ export function Workspace({ route }: { route: Route }) {
     };
   }, [key]);
 
+  const outcome = useRef<HTMLDivElement>(null);
+  const { state } = runner.run;
+  useEffect(() => {
+    const below = matchMedia('(max-width: 860px)').matches;
+    if (below && (state === 'done' || state === 'running')) outcome.current?.scrollIntoView({ block: 'start' });
+  }, [state]);
+
   const change = (next: Request): void => {
     setRequest(next);
     rememberDraft(next);
@@ -75,7 +82,7 @@ export function Workspace({ route }: { route: Route }) {
   return (
     <main class="workspace" id="main">
       <Problem request={request} processes={processes ?? []} runner={runner} onChange={change} look={look} />
-      <div class="outcome"><Outcome runner={runner} request={request} look={look} onLook={setLook} /></div>
+      <div class="outcome" ref={outcome}><Outcome runner={runner} request={request} look={look} onLook={setLook} /></div>
     </main>
   );
 }
@@ -187,13 +194,13 @@ function Progress({ run, onCancel }: { run: Extract<Runner['run'], { state: 'run
 
 function Failure({ error }: { error: unknown }) {
   const { title, detail, errors } = explain(error);
+  const several = errors.length === 1 ? 'One value is' : `${errors.length} values are`;
   const heading = useRef<HTMLHeadingElement>(null);
-  useEffect(() => heading.current?.focus(), [error]);
+  useEffect(() => heading.current?.focus({ preventScroll: true }), [error]);
   return (
     <section class="card empty failure" role="alert">
-      <h2 tabIndex={-1} ref={heading}>{title}</h2>
-      <p>{detail}</p>
-      {errors.length > 0 && <ul>{errors.map(({ pointer, detail: why }) => <li key={pointer + why}><code>{pointer}</code> {why}</li>)}</ul>}
+      <h2 tabIndex={-1} ref={heading}>{errors.length > 0 ? 'The daemon cannot take this problem' : title}</h2>
+      <p>{errors.length > 0 ? `${several} wrong, and marked in the form.` : detail}</p>
     </section>
   );
 }
