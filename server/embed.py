@@ -3,10 +3,11 @@
 
     embed.py documents OUTPUT.c DIRECTORY [FILE...]
     embed.py study_documents OUTPUT.c FILE...
+    embed.py um_bridge_documents OUTPUT.c FILE...
 
 The first takes every .json and .html file below DIRECTORY by its path within it, and each FILE by its name.
 Of processes.json, shortened lists processes-1.json, processes-2.json, ... are added for
-GET /processes?limit=N, so that the daemon need not take JSON apart. The second takes JSON files by
+GET /processes?limit=N, so that the daemon need not take JSON apart. The others take JSON files by
 their names without suffix.
 """
 

@@ -10,6 +10,7 @@
 #include "inflate.h"
 #include "perform.h"
 #include "scatter/solve.h"
+#include "um_bridge.h"
 
 /* Problems */
 
@@ -164,6 +165,10 @@ void answer_prepare(void) {
 }
 
 void answer(const ask *a, reply *r) {
+  if (um_bridge_is(a->process)) {
+    um_bridge_answer(a, r);
+    return;
+  }
   task t = {.limits = a->limits, .work = {(int)a->limits->threads, a->report, a->context}};
   const process *p = process_find(a->process);
   const doc *root = NULL;

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "bridge.h"
 #include "execute.h"
 #include "field.h"
 #include "media.h"
@@ -112,6 +113,14 @@ static const route table[] = {
     {"GET", "/processes", NULL, get_processes, NULL},
     {"GET", "/processes/{}", NULL, get_process, NULL},
     {"POST", "/processes/{}/execution", execute_begin, execute_serve, execute_end},
+    {"GET", "/Info", NULL, bridge_info, NULL},
+    {"POST", "/ModelInfo", bridge_begin, bridge_serve, bridge_end},
+    {"POST", "/InputSizes", bridge_begin, bridge_serve, bridge_end},
+    {"POST", "/OutputSizes", bridge_begin, bridge_serve, bridge_end},
+    {"POST", "/Evaluate", bridge_begin, bridge_serve, bridge_end},
+    {"POST", "/Gradient", bridge_begin, bridge_serve, bridge_end},
+    {"POST", "/ApplyJacobian", bridge_begin, bridge_serve, bridge_end},
+    {"POST", "/ApplyHessian", bridge_begin, bridge_serve, bridge_end},
     {"GET", "/healthz", NULL, get_healthz, NULL},
     {"GET", "/readyz", NULL, get_readyz, NULL},
 };
