@@ -28,6 +28,7 @@ typedef enum { IPC_READY, IPC_PROGRESS, IPC_REPLY } ipc_kind;
 
 typedef struct {
   ipc_kind kind;
+  double time;     /* PROGRESS, REPLY: when it is said (s), on the clock of both */
   char phase[32];  /* PROGRESS */
   double fraction; /* PROGRESS: 0 to 1 */
   int status;      /* REPLY: HTTP status; 0 = out of memory, no bytes */

@@ -14,6 +14,7 @@
 
 #include "listener.h"
 #include "log.h"
+#include "metrics.h"
 #include "route.h"
 
 static const double farewell_seconds = 1; /* for the last replies to leave */
@@ -125,6 +126,7 @@ static bool start(front *f, fault *why) {
   if (!watch_signals(f, why)) return false;
   f->service = (service){.set = f->set, .pool = pool_new(f->loop, f->set, why)};
   if (f->service.pool == NULL) return false;
+  metrics_begin(&f->service);
   const http_handler handler = route_handler(&f->service);
   f->http = http_new(f->loop, f->set, f->listener.fd, f->listener.host, &handler, why);
   if (f->http == NULL) return false;

@@ -8,6 +8,7 @@
 #include "execute.h"
 #include "field.h"
 #include "media.h"
+#include "metrics.h"
 #include "site.h"
 
 static const char html[] = "text/html; charset=utf-8";
@@ -85,17 +86,6 @@ static void get_healthz(const service *s, exchange *x) {
   exchange_text(x, 200, media_type(MEDIA_JSON), "{\"status\":\"ok\"}");
 }
 
-static void get_readyz(const service *s, exchange *x) {
-  const int up = pool_ready(s->pool);
-  char *bytes = NULL;
-  if (up > 0 && asprintf(&bytes, "{\"status\":\"ready\",\"workers\":%d}", up) > 0) {
-    exchange_bytes(x, 200, media_type(MEDIA_JSON), bytes, strlen(bytes));
-    return;
-  }
-  exchange_add(x, "Retry-After", "1");
-  exchange_refuse(x, 503, "no worker is up");
-}
-
 /* ---- The table ---- */
 
 typedef struct {
@@ -122,7 +112,8 @@ static const route table[] = {
     {"POST", "/ApplyJacobian", bridge_begin, bridge_serve, bridge_end},
     {"POST", "/ApplyHessian", bridge_begin, bridge_serve, bridge_end},
     {"GET", "/healthz", NULL, get_healthz, NULL},
-    {"GET", "/readyz", NULL, get_readyz, NULL},
+    {"GET", "/readyz", NULL, metrics_ready, NULL},
+    {"GET", "/metrics", NULL, metrics_serve, NULL},
 };
 
 enum { ROWS = sizeof table / sizeof *table };
@@ -228,6 +219,7 @@ static void serve(void *self, exchange *x) {
 
 static void end(void *self, exchange *x) {
   const route *r = x->route;
+  metrics_count(x, r != NULL ? r->path : "none");
   if (r != NULL && r->end != NULL) r->end(self, x);
 }
 
