@@ -76,7 +76,7 @@ void bridge_begin(const service *s, exchange *x) {
     return;
   }
   c->x = x;
-  c->ask = (ipc_ask){.content = MEDIA_JSON, .accept = MEDIA_JSON, .limits = s->set->limits};
+  c->ask = (ipc_ask){.content = MEDIA_JSON, .limits = s->set->limits};
   snprintf(c->ask.process, sizeof c->ask.process, "um-bridge%.40s", x->path);
 }
 
@@ -91,10 +91,11 @@ static void done(void *context, const pool_outcome *outcome) {
 }
 
 void bridge_serve(const service *s, exchange *x) {
+  static const pool_calls calls = {done, NULL};
   crossing *c = x->task;
   c->ask.size = x->body.size;
   snprintf(x->process, sizeof x->process, "%.60s", c->ask.process);
-  c->task = pool_submit(s->pool, &c->ask, x->body.fd, done, c);
+  c->task = pool_submit(s->pool, &c->ask, x->body.fd, &calls, c);
   if (c->task != NULL) return;
   exchange_add(x, "Retry-After", "%d", pool_retry_after(s->pool));
   refuse(x, 503, "all workers are busy and %lld requests wait (limit: queue)",

@@ -232,7 +232,8 @@ static void answer_to(const operation *o, const doc *root, task *t, reply *r) {
 }
 
 void um_bridge_answer(const ask *a, reply *r) {
-  task t = {.limits = a->limits, .work = {(int)a->limits->threads, a->report, a->context}};
+  task t = {.limits = a->limits,
+            .work = {(int)a->limits->threads, a->calls.report, a->calls.context}};
   const doc_limits most = {(int)a->limits->depth, a->limits->nodes, a->limits->decoded_bytes / 2};
   doc_error why = {0};
   *r = (reply){.status = 500};
