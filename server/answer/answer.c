@@ -4,12 +4,16 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "by_href.h"
+#include "check.h"
 #include "cloud_input.h"
+#include "estimate.h"
 #include "expression.h"
 #include "inflate.h"
 #include "perform.h"
 #include "refusal.h"
 #include "render.h"
+#include "report.h"
 #include "scatter/solve.h"
 #include "um_bridge.h"
 
@@ -31,17 +35,19 @@ static bool unpack(const ask *a, void **plain, size_t *size, reply *r) {
   return false;
 }
 
+static const char *const form_names[MEDIA_COUNT] = {
+    [MEDIA_JSON] = "JSON", [MEDIA_CBOR] = "CBOR", [MEDIA_NPY] = "npy", [MEDIA_CSV] = "CSV"};
+
 static const doc *decode(const ask *a, const void *body, size_t size, task *t, reply *r) {
   const doc_limits most = {(int)a->limits->depth, a->limits->nodes, a->limits->decoded_bytes / 2};
   doc_error error = {0};
-  const doc *root = a->content == MEDIA_CBOR ? doc_from_cbor(body, size, &most, &t->arena, &error)
-                                             : doc_from_json(body, size, &most, &t->arena, &error);
+  const doc *root = doc_from(a->content, body, size, &most, &t->arena, &error);
   stopwatch_lap(&t->watch, LAP_DECODE);
   if (root) return root;
   problem p;
-  const char *form = a->content == MEDIA_CBOR ? "CBOR" : "JSON";
   problem_begin(&p, error.too_large ? 413 : 400, "the body is %s %s: %s",
-                error.too_large ? "too large for the limits of" : "not valid", form, error.text);
+                error.too_large ? "too large for the limits of" : "not valid",
+                form_names[a->content], error.text);
   problem_add(&p, error.pointer, "%s", error.text);
   refuse(r, &p);
   return NULL;
@@ -101,6 +107,27 @@ static bool render_stored(const ask *a, task *t, const void *bytes, size_t size,
 
 /* Works: each false where something is wrong, with the reply already made or the task not well. */
 
+static bool out_of_memory(task *t) {
+  (void)sct_fail(&t->error, SCT_E_MEMORY, -1, "no memory for the reply");
+  return false;
+}
+
+/* A run that cannot fit is refused before it starts; the estimate goes into the reply. */
+static bool fits_into_memory(task *t, const performance *f, reply *r) {
+  problem p;
+  if (!task_is_well(t)) return false;
+  t->memory_estimate = r->memory_bytes = estimate_run(t, f);
+  if (r->memory_bytes <= t->limits->memory_bytes) return true;
+  problem_begin(&p, 422,
+                "the run needs about %lld bytes of memory, a worker may have %lld "
+                "(memory-bytes)",
+                (long long)r->memory_bytes, (long long)t->limits->memory_bytes);
+  problem_add(&p, "/inputs/cloud", "%lld points are too many for this process and operator",
+              (long long)(t->cloud ? t->cloud->cloud.n : 0));
+  refuse(r, &p);
+  return false;
+}
+
 /* A form that needs the whole result goes by way of a stored one. */
 static bool run_and_render(const ask *a, task *t, performance *f, reply *r) {
   emit *e = perform_run(t, f, PERFORM_STORED);
@@ -123,6 +150,7 @@ static bool is_plain(const execute *x, media form) {
 
 static bool do_run(const ask *a, task *t, performance *f, reply *r) {
   problem refusal;
+  if (!fits_into_memory(t, f, r)) return false;
   execute_refuse_subscriber(t, &f->body, &f->wanted);
   if (!a->calls.keep) execute_refuse_references(t, f->process, &f->body, &f->wanted);
   if (!task_is_well(t)) return false;
@@ -137,12 +165,29 @@ static bool do_run(const ask *a, task *t, performance *f, reply *r) {
 }
 
 static bool do_run_stored(const ask *a, task *t, performance *f, reply *r) {
+  if (!fits_into_memory(t, f, r)) return false;
   return pack_emit(a, t, perform_run(t, f, PERFORM_STORED), MEDIA_CBOR, r);
+}
+
+static bool do_check(const ask *a, task *t, performance *f, reply *r) {
+  grow_bytes frames = {0};
+  (void)a;
+  if (!fits_into_memory(t, f, r) || !task_is_well(t)) return false;
+  if (!grow_room(&frames, 1)) return out_of_memory(t); /* no frames are bytes, too */
+  bool done = check_frames(t, f, &frames);
+  if (!done) free(frames.data);
+  if (!done) return false;
+  r->status = 200;
+  r->bytes = frames.data;
+  r->size = frames.size;
+  snprintf(r->type, sizeof r->type, "%s", media_type(MEDIA_OCTETS));
+  return true;
 }
 
 static bool (*const works[])(const ask *, task *, performance *, reply *) = {
     [IPC_RUN] = do_run,
     [IPC_RUN_STORED] = do_run_stored,
+    [IPC_CHECK] = do_check,
 };
 
 /* Reads a decoded request and does what is to be done with it. */
@@ -187,10 +232,13 @@ void answer(const ask *a, reply *r) {
     um_bridge_answer(a, r);
     return;
   }
+  by_href references = {.calls = &a->calls};
   task t = {.limits = a->limits,
+            .by_href = &references,
             .work = {(int)a->limits->threads, a->calls.report, a->calls.context}};
   *r = (reply){.status = 500};
   stopwatch_start(&t.watch);
+  report_begin();
   if (a->work == IPC_RENDER) {
     answer_render(a, &t, r);
   } else {
@@ -198,4 +246,5 @@ void answer(const ask *a, reply *r) {
   }
   language_free(&t.language);
   doc_arena_free(&t.arena);
+  by_href_clear(&references);
 }

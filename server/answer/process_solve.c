@@ -1,12 +1,15 @@
 /* process_solve.c - d phi / dt + u . grad phi = div(mu grad phi) + s - k phi on a cloud. */
 #include <string.h>
 
+#include "estimate.h"
 #include "member.h"
 #include "process_solve.h"
 #include "report.h"
 
 /* Bits of `wanted`: the outputs in their order. */
 enum { SOLUTION = 1, POINTS = 2, NORMS = 4, DIAGNOSTICS = 8, HISTORY = 16 };
+
+enum { SAVED_TEXT = 32 /* bytes: a saved value in a result that doubles as it grows */ };
 
 static void read_solve(task *t, const item *in, void *state) {
   solve_input_read(t, in, &((solve *)state)->in);
@@ -152,6 +155,16 @@ static sct_status solve_in_time(task *t, solve *s) {
   return status;
 }
 
+static int64_t memory_of_solve(const task *t, const void *state) {
+  const solve *s = state;
+  const sct_cloud *c = &s->in.cloud.cloud;
+  const bool is_explicit = s->in.is_transient && s->in.march.method == SCT_FORWARD_EULER;
+  const int64_t saved = s->in.march.saves * c->n * (int64_t)(sizeof(double) + SAVED_TEXT);
+  (void)t;
+  return estimate_points(c->dim, c->n, &s->in.op) + saved +
+         (is_explicit ? 0 : estimate_system(c->dim, c->n, &s->in.op));
+}
+
 /* Results */
 
 static sct_status diagnose(task *t, solve *s) {
@@ -243,6 +256,7 @@ const process process_solve = {
     .read = read_solve,
     .run = run_solve,
     .clear = solve_clear,
+    .memory = memory_of_solve,
     .coordinates = write_points,
     .outputs = {{"solution", NULL, false, write_solution, OUTPUT_FIELD},
                 {"points", NULL, false, write_points, OUTPUT_COORDINATES},

@@ -12,6 +12,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "events.h"
 #include "listener.h"
 #include "log.h"
 #include "metrics.h"
@@ -96,6 +97,7 @@ static void on_signal(void *self, uint32_t events) {
   systemd_stopping(f->set->grace_seconds + farewell_seconds);
   http_quiesce(f->http);
   waits_stop(f->service.waits);
+  streams_stop(f->service.streams);
 }
 
 static bool watch_signals(front *f, fault *why) {
@@ -136,7 +138,9 @@ static bool start(front *f, fault *why) {
   f->service.jobs = jobs_new(f->loop, f->set, f->service.pool, f->service.store, why);
   if (f->service.jobs == NULL) return false;
   f->service.waits = waits_new(f->loop);
-  if (f->service.waits == NULL) return fault_set(why, "out of memory");
+  f->service.streams = streams_new(f->loop, f->set);
+  if (f->service.waits == NULL || f->service.streams == NULL)
+    return fault_set(why, "out of memory");
   metrics_begin(&f->service);
   const http_handler handler = route_handler(&f->service);
   f->http = http_new(f->loop, f->set, f->listener.fd, f->listener.host, &handler, why);
@@ -159,6 +163,7 @@ static void end(front *f) {
   if (f->service.pool != NULL) pool_stop(f->service.pool);
   jobs_free(&f->service.jobs);
   waits_free(&f->service.waits);
+  streams_free(&f->service.streams);
   store_close(&f->service.store);
   pool_free(&f->service.pool);
   if (f->signals >= 0) close(f->signals);

@@ -49,6 +49,7 @@ struct jobs {
   double retry;  /* when to try again to store what could not be */
   double expiry; /* when the next result expires, by unix_now */
   int64_t budget;
+  double last; /* newest `finished`: no two are equal */
   double mean; /* seconds of a run, weighted towards the recent ones */
   bool stopped;
   job_counts counts;

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "bridge.h"
+#include "events.h"
 #include "execute.h"
 #include "field.h"
 #include "job_list.h"
@@ -94,6 +95,7 @@ static const route table[] = {
     {"GET", "/jobs", NULL, job_list_serve, NULL},
     {"GET", "/jobs/{}", NULL, job_status_serve, job_status_end},
     {"DELETE", "/jobs/{}", NULL, job_dismiss_serve, NULL},
+    {"GET", "/jobs/{}/events", NULL, events_serve, events_end},
     {"GET", "/jobs/{}/results", NULL, job_results_serve, job_results_end},
     {"GET", "/jobs/{}/results/{}", NULL, job_results_serve, job_results_end},
     {"GET", "/Info", NULL, bridge_info, NULL},

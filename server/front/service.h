@@ -8,12 +8,13 @@
 #include "pool.h"
 #include "wait.h"
 
-typedef struct {
+typedef struct service {
   const parameters *set;
   pool *pool;
   store *store;
   jobs *jobs;
   waits *waits;
+  struct streams *streams; /* events.h */
 } service;
 
 #endif

@@ -58,6 +58,7 @@ static const char schema[] =
     "TEXT, success TEXT, running TEXT, failed TEXT, problem BLOB);"
     "CREATE UNIQUE INDEX jobs_id ON jobs(id);"
     "CREATE INDEX jobs_parent ON jobs(parent, part) WHERE parent > 0;"
+    "CREATE INDEX jobs_finished ON jobs(parent, finished) WHERE parent > 0;"
     "CREATE INDEX jobs_active ON jobs(number) WHERE state <= 1;"
     "CREATE INDEX jobs_expires ON jobs(expires) WHERE expires > 0;"
     "CREATE INDEX jobs_key ON jobs(submitter, key) WHERE key <> '';"
@@ -75,6 +76,7 @@ typedef enum {
   JOB,
   JOB_NUMBER,
   PART,
+  NEXT_ENDED,
   PROBLEM,
   EXTRA,
   BY_KEY,
@@ -106,6 +108,9 @@ static const char *const statements[STATEMENTS] = {
     [PART] =
         "SELECT {columns}, number FROM jobs WHERE parent = :number AND part = :part "
         "AND parent > 0",
+    [NEXT_ENDED] =
+        "SELECT {columns}, number FROM jobs WHERE parent = :number AND parent > 0 "
+        "AND state >= 2 AND finished > :after ORDER BY finished LIMIT 1",
     [PROBLEM] = "SELECT problem FROM jobs WHERE number = :number",
     [EXTRA] = "SELECT key, digest, success, running, failed FROM jobs WHERE number = :number",
     [BY_KEY] =
@@ -446,6 +451,12 @@ store_result store_part(store *s, int64_t parent, int part, job_row *row) {
   bind_long(s, PART, ":number", parent);
   bind_long(s, PART, ":part", part);
   return fetch(s, PART, row);
+}
+
+store_result store_next_ended(store *s, int64_t parent, double after, job_row *row) {
+  bind_long(s, NEXT_ENDED, ":number", parent);
+  bind_real(s, NEXT_ENDED, ":after", after);
+  return fetch(s, NEXT_ENDED, row);
 }
 
 void *store_problem(store *s, int64_t number, size_t *size) {

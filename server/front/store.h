@@ -50,6 +50,9 @@ store_result store_job_number(store *s, int64_t number, job_row *row);
 /* Job `part` of a batch. */
 store_result store_part(store *s, int64_t parent, int part, job_row *row);
 
+/* The part of a batch that ended first after the time `after`. */
+store_result store_next_ended(store *s, int64_t parent, double after, job_row *row);
+
 /* How many parts of a batch are in each state. */
 store_result store_part_states(store *s, int64_t parent, int64_t count[JOB_STATES]);
 
