@@ -23,9 +23,9 @@ enum { COUNTER_LABELS = 3, COUNTER_SERIES_MAX = 512 };
   X(COUNTER_BYTES_IN, COUNT, "scatterd_http_request_bytes_total", "route", "Bytes of bodies")    \
   X(COUNTER_BYTES_OUT, COUNT, "scatterd_http_response_bytes_total", "route",                     \
     "Bytes of replies, without their headers")                                                   \
-  X(COUNTER_RUN_SECONDS, HISTOGRAM, "scatterd_run_seconds", "process",                           \
-    "Time of a request on a worker")                                                             \
-  X(COUNTER_RUNS, COUNT, "scatterd_runs_total", "process end",                                   \
+  X(COUNTER_RUN_SECONDS, HISTOGRAM, "scatterd_run_seconds", "process work",                      \
+    "Time of a request on a worker, by what is done with it: run, job, check or render")         \
+  X(COUNTER_RUNS, COUNT, "scatterd_runs_total", "process work end",                              \
     "Requests that left a worker, by how: reply, memory, time, crash or stopped")                \
   X(COUNTER_CANCELLED, COUNT, "scatterd_runs_cancelled_total", "process",                        \
     "Requests taken off a worker because nobody waits for them any more")                        \
@@ -45,6 +45,15 @@ enum { COUNTER_LABELS = 3, COUNTER_SERIES_MAX = 512 };
     "Address space that one worker may have")                                                    \
   X(COUNTER_STORE_FREE, GAUGE, "scatterd_store_free_bytes", "",                                  \
     "Room for this user on the file system of the data directory")                               \
+  X(COUNTER_JOBS, GAUGE, "scatterd_jobs", "state", "Jobs that are not over: accepted, running")  \
+  X(COUNTER_JOBS_ENDED, COUNT, "scatterd_jobs_ended_total", "state", "Jobs that ended, by how")  \
+  X(COUNTER_JOBS_ROOM, GAUGE, "scatterd_jobs_room", "", "Jobs that may still be accepted")       \
+  X(COUNTER_JOBS_MEMORY, GAUGE, "scatterd_jobs_memory_bytes", "",                                \
+    "Estimated peak memory of the running jobs")                                                 \
+  X(COUNTER_JOBS_MEMORY_MOST, GAUGE, "scatterd_jobs_memory_limit_bytes", "",                     \
+    "Most that one job may be estimated to need")                                                \
+  X(COUNTER_STORE_BYTES, GAUGE, "scatterd_store_bytes", "",                                      \
+    "Size of the store's database with its log")                                                 \
   X(COUNTER_READY, GAUGE, "scatterd_ready", "check", "1 where a check of /readyz holds, else 0") \
   X(COUNTER_CPU, COUNT, "process_cpu_seconds_total", "", "Processor time of the front")          \
   X(COUNTER_MEMORY, GAUGE, "process_resident_memory_bytes", "", "Resident memory of the front")  \

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 #include <sys/statvfs.h>
 #include <time.h>
 #include <unistd.h>
@@ -67,8 +68,31 @@ static void take_memory(const service *s) {
   counter_set(COUNTER_MEMORY, resident(getpid()), NO_LABELS);
 }
 
+static void take_jobs(const service *s) {
+  const job_counts counts = jobs_counts(s->jobs);
+  counter_set(COUNTER_JOBS, (double)counts.waiting, LABELS(job_state_name(JOB_ACCEPTED)));
+  counter_set(COUNTER_JOBS, (double)counts.running, LABELS(job_state_name(JOB_RUNNING)));
+  for (int k = 0; k < JOB_STATES; k++) {
+    if (!job_state_is_final((job_state)k)) continue;
+    counter_set(COUNTER_JOBS_ENDED, (double)counts.ended[k], LABELS(job_state_name((job_state)k)));
+  }
+  counter_set(COUNTER_JOBS_ROOM, (double)jobs_room(s->jobs), NO_LABELS);
+  counter_set(COUNTER_JOBS_MEMORY, (double)counts.memory, NO_LABELS);
+  counter_set(COUNTER_JOBS_MEMORY_MOST, (double)jobs_most_memory(s->jobs), NO_LABELS);
+}
+
+static double size_of(const char *directory, const char *name) {
+  char path[PARAM_TEXT + 32];
+  struct stat facts;
+  snprintf(path, sizeof path, "%s/%s", directory, name);
+  return stat(path, &facts) == 0 ? (double)facts.st_size : 0;
+}
+
 static void take_store(const service *s) {
   struct statvfs facts;
+  const char *at = s->set->data_dir;
+  counter_set(COUNTER_STORE_BYTES, size_of(at, STORE_DATABASE) + size_of(at, STORE_DATABASE "-wal"),
+              NO_LABELS);
   if (statvfs(s->set->data_dir, &facts) != 0) return;
   counter_set(COUNTER_STORE_FREE, (double)facts.f_bavail * (double)facts.f_frsize, NO_LABELS);
 }
@@ -106,8 +130,8 @@ static void take_ready(const service *s) {
   }
 }
 
-static void (*const takers[])(const service *) = {take_pool, take_memory, take_store, take_process,
-                                                  take_ready};
+static void (*const takers[])(const service *) = {take_pool,  take_jobs,    take_memory,
+                                                  take_store, take_process, take_ready};
 
 /* ---- Handlers ---- */
 

@@ -115,9 +115,12 @@ static void count_end(pool_task *t, const pool_outcome *outcome) {
                                      [POOL_TIME] = "time",
                                      [POOL_CRASH] = "crash",
                                      [POOL_STOPPED] = "stopped"};
+  static const char *const works[] = {
+      [IPC_RUN] = "run", [IPC_RUN_STORED] = "job", [IPC_CHECK] = "check", [IPC_RENDER] = "render"};
+  const char *id = *t->ask.process != '\0' ? t->ask.process : "any", *work = works[t->ask.work];
   enter_phase(t, "", loop_now());
-  counter_add(COUNTER_RUNS, 1, LABELS(t->ask.process, ends[outcome->end]));
-  counter_observe(COUNTER_RUN_SECONDS, outcome->seconds, LABELS(t->ask.process));
+  counter_add(COUNTER_RUNS, 1, LABELS(id, work, ends[outcome->end]));
+  counter_observe(COUNTER_RUN_SECONDS, outcome->seconds, LABELS(id, work));
 }
 
 /* Takes the task off a worker. */

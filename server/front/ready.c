@@ -12,6 +12,10 @@ static bool has_room(const service *s) {
   return pool_waiting(s->pool) < s->set->queue || s->set->queue == 0;
 }
 
+static bool has_room_for_jobs(const service *s) {
+  return jobs_room(s->jobs) > 0;
+}
+
 /* Writes a byte to where large bodies go, as they do. */
 static bool can_write(const service *s) {
   spool probe = SPOOL_EMPTY;
@@ -26,6 +30,7 @@ static const struct {
 } checks[] = {
     {"workers", "no worker is up", has_workers},
     {"queue", "the queue is full", has_room},
+    {"jobs", "the queue of jobs is full", has_room_for_jobs},
     {"store", "the data directory cannot be written", can_write},
 };
 enum { CHECKS = sizeof checks / sizeof *checks };

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "by_href.h"
 #include "derivative.h"
 #include "expression.h"
 #include "member.h"
@@ -232,7 +233,9 @@ static void answer_to(const operation *o, const doc *root, task *t, reply *r) {
 }
 
 void um_bridge_answer(const ask *a, reply *r) {
+  by_href references = {.calls = &a->calls};
   task t = {.limits = a->limits,
+            .by_href = &references,
             .work = {(int)a->limits->threads, a->calls.report, a->calls.context}};
   const doc_limits most = {(int)a->limits->depth, a->limits->nodes, a->limits->decoded_bytes / 2};
   doc_error why = {0};
@@ -246,4 +249,5 @@ void um_bridge_answer(const ask *a, reply *r) {
   }
   language_free(&t.language);
   doc_arena_free(&t.arena);
+  by_href_clear(&references);
 }

@@ -120,6 +120,24 @@ class Metrics(Case):
         counted = families["process_open_fds"].value()
         self.assertAlmostEqual(counted, len(daemon.descriptors(self.daemon.pid)), delta=2)
 
+    def test_a_job_is_seen(self):
+        before = self.metrics()
+        reply = self.execute(SOLVE, Prefer="respond-async")
+        self.assertEqual(reply.status, 201, reply.body)
+        self.wait_for("scatterd_jobs", 0)
+        after = self.metrics()
+
+        def more(name, **labels):
+            return after[name].value(**labels) - before[name].value(**labels)
+        self.assertEqual(more("scatterd_jobs_ended_total", state="successful"), 1)
+        self.assertEqual(more("scatterd_runs_total", process="solve", work="job", end="reply"), 1)
+        self.assertEqual(more("scatterd_runs_total", process="solve", work="check"), 1)
+        self.assertEqual(after["scatterd_jobs"].labels("state"), {"accepted", "running"})
+        self.assertEqual(after["scatterd_jobs_ended_total"].labels("state"),
+                         {"successful", "failed", "dismissed"})
+        self.assertGreater(after["scatterd_jobs_room"].value(), 0)
+        self.assertGreater(after["scatterd_store_bytes"].value(), 0)
+
     def test_head_and_other_methods(self):
         self.assertEqual(self.request("HEAD", "/metrics").status, 200)
         self.assertEqual(self.request("POST", "/metrics", "").status, 405)
