@@ -11,74 +11,89 @@
 /* Support in cell widths; a direction whose cells are much narrower than the other's gets more. */
 static const double REACH = 1.7, LEAST = 0.8;
 
+enum { NEAR_MOST = FLOW_NEAR_MOST };
+
+/* The sites within an ellipse, offsets by its half axes. */
+typedef struct {
+  int n;
+  double x[NEAR_MOST + 8], y[NEAR_MOST + 8], q2[NEAR_MOST + 8], w[NEAR_MOST + 8];
+  int32_t site[NEAR_MOST + 8];
+} ellipse;
+
 typedef struct {
   double m[6]; /* sum w, w x, w y, w x^2, w x y, w y^2 */
-  double r[FLOW_FIELDS][3];
   int n;
 } fit;
 
-static void add(fit *s, double x, double y, double w) {
-  s->m[0] += w;
-  s->m[1] += w * x;
-  s->m[2] += w * y;
-  s->m[3] += w * x * x;
-  s->m[4] += w * x * y;
-  s->m[5] += w * y * y;
-  s->n++;
-}
-
-/* Adds the sites of one row of cells, with the values of `fields` (a bit each). */
-static void add_row(const sct_flow *f, int64_t first, int64_t last, const double x[2],
-                    const double per_reach[2], unsigned fields, const double *const value[],
-                    fit *s) {
-  const flow_sites *site = &f->sites;
-  for (int64_t k = first; k < last; k++) {
-    const double dx = (site->x[0][k] - x[0]) * per_reach[0];
-    const double dy = (site->x[1][k] - x[1]) * per_reach[1], q2 = dx * dx + dy * dy;
-    const int32_t p = site->particle[k];
-    if (q2 >= 1 || p == SITE_MIRROR) continue;
-    const double q = sqrt(q2), h = (1 - q) * (1 - q), w = h * h * (4 * q + 1);
-    add(s, dx, dy, w);
-    for (int a = 0; a < FLOW_FIELDS; a++) {
-      if (!(fields & 1u << a)) continue;
-      const double v = w * (p >= 0 && value[a] != NULL ? value[a][p] : site->field[a][k]);
-      s->r[a][0] += v;
-      s->r[a][1] += v * dx;
-      s->r[a][2] += v * dy;
-    }
-  }
-}
-
-static void collect(const sct_flow *f, const double x[2], const double reach[2], unsigned fields,
-                    const double *const value[], fit *s) {
+/* Beyond NEAR_MOST sites the others are left out: the fit is good without them. */
+static void gather(const sct_flow *f, const double x[2], const double reach[2], ellipse *e) {
   const flow_mesh *m = &f->mesh;
-  const double per_reach[2] = {1 / reach[0], 1 / reach[1]};
+  const flow_sites *s = &f->sites;
+  const double px = 1 / reach[0], py = 1 / reach[1];
   const int64_t i0 = flow_axis_find(&m->axis[0], x[0] - reach[0]);
   const int64_t i1 = flow_axis_find(&m->axis[0], x[0] + reach[0]);
   const int64_t j0 = flow_axis_find(&m->axis[1], x[1] - reach[1]);
   const int64_t j1 = flow_axis_find(&m->axis[1], x[1] + reach[1]);
-  *s = (fit){.n = 0};
+  int n = 0;
   for (int64_t j = j0; j <= j1; j++) {
-    add_row(f, f->sites.start[flow_cell(m, i0, j)], f->sites.start[flow_cell(m, i1, j) + 1], x,
-            per_reach, fields, value, s);
+    const int64_t end = s->start[flow_cell(m, i1, j) + 1];
+    for (int64_t k = s->start[flow_cell(m, i0, j)]; k < end && n < NEAR_MOST; k++) {
+      const double dx = (s->x[0][k] - x[0]) * px, dy = (s->x[1][k] - x[1]) * py;
+      e->x[n] = dx;
+      e->y[n] = dy;
+      e->q2[n] = dx * dx + dy * dy;
+      e->site[n] = (int32_t)k;
+      n += (e->q2[n] < 1) & (s->particle[k] != SITE_MIRROR);
+    }
   }
+  e->n = n;
 }
 
-/* a of the fit by Cramer's rule; a weighted mean where the sites do not span the plane. */
-static double value_of(const fit *s, const double r[3]) {
+/* Weights and their moments. */
+static void weigh(ellipse *e, fit *s) {
+  double m0 = 0, mx = 0, my = 0, xx = 0, xy = 0, yy = 0;
+  for (int k = 0; k < e->n; k++) {
+    const double q = sqrt(e->q2[k]), h = (1 - q) * (1 - q);
+    e->w[k] = h * h * (4 * q + 1);
+  }
+#pragma omp simd reduction(+ : m0, mx, my, xx, xy, yy)
+  for (int k = 0; k < e->n; k++) {
+    const double wx = e->w[k] * e->x[k], wy = e->w[k] * e->y[k];
+    m0 += e->w[k];
+    mx += wx;
+    my += wy;
+    xx += wx * e->x[k];
+    xy += wx * e->y[k];
+    yy += wy * e->y[k];
+  }
+  *s = (fit){{m0, mx, my, xx, xy, yy}, e->n};
+}
+
+/* a of the fit to a field of the sites, by Cramer's rule; a weighted mean where the sites do not
+ * span the plane. */
+static double value_of(const ellipse *e, const fit *s, const double *field) {
   const double *m = s->m;
   const double a = m[3] * m[5] - m[4] * m[4], b = m[2] * m[4] - m[1] * m[5],
                c = m[1] * m[4] - m[2] * m[3], det = m[0] * a + m[1] * b + m[2] * c;
-  if (s->n < 4 || !(det > 1e-8 * m[0] * m[0] * m[0])) return r[0] / m[0];
-  return (r[0] * a + r[1] * b + r[2] * c) / det;
+  double r0 = 0, rx = 0, ry = 0;
+#pragma omp simd reduction(+ : r0, rx, ry)
+  for (int k = 0; k < e->n; k++) {
+    const double v = e->w[k] * field[e->site[k]];
+    r0 += v;
+    rx += v * e->x[k];
+    ry += v * e->y[k];
+  }
+  if (s->n < 4 || !(det > 1e-8 * m[0] * m[0] * m[0])) return r0 / m[0];
+  return (r0 * a + rx * b + ry * c) / det;
 }
 
 /* Widens the reach until there is something. */
-static bool collect_wide(const sct_flow *f, const double x[2], const double reach[2],
-                         unsigned fields, const double *const value[], fit *s) {
+static bool collect(const sct_flow *f, const double x[2], const double reach[2], ellipse *e,
+                    fit *s) {
   double wide[2] = {reach[0], reach[1]};
   for (int k = 0; k < 6; k++) {
-    collect(f, x, wide, fields, value, s);
+    gather(f, x, wide, e);
+    weigh(e, s);
     if (s->n > 0 && s->m[0] > 0) return true;
     for (int a = 0; a < 2; a++) wide[a] *= 1.5;
   }
@@ -87,25 +102,25 @@ static bool collect_wide(const sct_flow *f, const double x[2], const double reac
 
 void flow_fit_at(const sct_flow *f, const double x[2], const double reach[2],
                  double value[FLOW_FIELDS]) {
-  static const double *const none[FLOW_FIELDS] = {NULL, NULL, NULL};
-  const unsigned fields = f->options.has_scalar ? 7 : 3;
+  ellipse e;
   fit s;
-  const bool found = collect_wide(f, x, reach, fields, none, &s);
-  for (int a = 0; a < FLOW_FIELDS; a++) value[a] = found ? value_of(&s, s.r[a]) : NAN;
+  const bool found = collect(f, x, reach, &e, &s);
+  for (int q = 0; q < FLOW_FIELDS; q++) {
+    const double *field = f->sites.field[q];
+    value[q] = found && field != NULL ? value_of(&e, &s, field) : NAN;
+  }
 }
 
 /* Value of u* or v* (direction a of the face) at the face on the lower side of cell (i, j). */
-static double face_value(const sct_flow *f, int a, int64_t i, int64_t j) {
+static double face_value(const sct_flow *f, int a, int64_t i, int64_t j, ellipse *e) {
   const flow_axis *ax = &f->mesh.axis[0], *ay = &f->mesh.axis[1];
   const double x[2] = {a == 0 ? ax->edge[i] : ax->centre[i], a == 1 ? ay->edge[j] : ay->centre[j]};
   const double h[2] = {a == 0 ? ax->centre[i] - ax->centre[i - 1] : ax->width[i],
                        a == 1 ? ay->centre[j] - ay->centre[j - 1] : ay->width[j]};
   const double least = LEAST * sqrt(h[0] * h[1]);
   const double reach[2] = {REACH * fmax(h[0], least), REACH * fmax(h[1], least)};
-  const double *value[FLOW_FIELDS] = {f->rows.diffused[0], f->rows.diffused[1], NULL};
   fit s;
-  if (!collect_wide(f, x, reach, 1u << a, value, &s)) return 0;
-  return value_of(&s, s.r[a]);
+  return collect(f, x, reach, e, &s) ? value_of(e, &s, f->sites.field[a]) : 0;
 }
 
 /* Rows of cells first .. last-1, in both directions. */
@@ -113,6 +128,7 @@ static bool transfer_rows(void *context, int64_t first, int64_t last, int t) {
   sct_flow *f = context;
   const flow_mesh *m = &f->mesh;
   const int64_t nx = m->axis[0].n;
+  ellipse e;
   (void)t;
   for (int64_t c = first; c < last; c++) {
     const int64_t i = c % nx, j = c / nx;
@@ -120,16 +136,26 @@ static bool transfer_rows(void *context, int64_t first, int64_t last, int t) {
       const int64_t face = flow_face_below(m, a, i, j);
       if ((i > 0 && j > 0) &&
           (m->kind[a][face] == FACE_INNER || m->kind[a][face] == FACE_OUTFLOW)) {
-        f->face[a][face] = face_value(f, a, i, j);
+        f->face[a][face] = face_value(f, a, i, j, &e);
       }
     }
   }
   return true;
 }
 
+/* The sites of particles get their u*, v*: what comes from now on is about these. */
+static void take_diffused(sct_flow *f) {
+  const flow_sites *s = &f->sites;
+  for (int64_t k = 0; k < s->n; k++) {
+    if (s->particle[k] < 0) continue;
+    for (int a = 0; a < 2; a++) s->field[a][k] = f->rows.diffused[a][s->particle[k]];
+  }
+}
+
 sct_status flow_transfer(sct_flow *f, const sct_work *work, sct_error *err) {
   const sct_work quiet = {.threads = sct_work_threads(work)};
   bool complete;
+  take_diffused(f);
   flow_prescribe(f);
   return sct_in_pieces(f->mesh.cells, &quiet, "transfer", transfer_rows, f, &complete, err);
 }
