@@ -104,7 +104,10 @@ static void move_particle(sct_flow *f, double dt, int64_t p) {
   shift_of(f, p, home, old, dr);
   for (int a = 0; a < 2; a++) x[a] = old[a] + dt * v[a] + dr[a];
   f->drop[p] = settle(m, home, x);
-  for (int a = 0; a < 2; a++) all->x[a][p] = x[a];
+  for (int a = 0; a < 2; a++) { /* off the path by the shift, and by walls in the way */
+    dr[a] = x[a] - (old[a] + dt * v[a]);
+    all->x[a][p] = x[a];
+  }
   for (int q = 0; q < (f->options.has_scalar ? FLOW_FIELDS : FLOW_C); q++) {
     double value = f->rows.diffused[q][p] + (q == FLOW_C ? 0 : change[q]);
     for (int a = 0; a < 2; a++) value += f->rows.gradient[q][a][p] * dr[a];

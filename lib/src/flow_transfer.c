@@ -69,13 +69,23 @@ static void weigh(ellipse *e, fit *s) {
   *s = (fit){{m0, mx, my, xx, xy, yy}, e->n};
 }
 
-/* a of the fit to a field of the sites, by Cramer's rule; a weighted mean where the sites do not
- * span the plane. */
+/* Cofactors of the fit's matrix, and its determinant. */
+static double determinant(const double m[6], double cofactor[3]) {
+  cofactor[0] = m[3] * m[5] - m[4] * m[4];
+  cofactor[1] = m[2] * m[4] - m[1] * m[5];
+  cofactor[2] = m[1] * m[4] - m[2] * m[3];
+  return m[0] * cofactor[0] + m[1] * cofactor[1] + m[2] * cofactor[2];
+}
+
+/* Do the sites carry a linear fit? */
+static bool spans(const fit *s) {
+  double cofactor[3];
+  return s->n >= 4 && determinant(s->m, cofactor) > 1e-6 * s->m[0] * s->m[0] * s->m[0];
+}
+
+/* a of the fit to a field of the sites, by Cramer's rule; a weighted mean where they carry none. */
 static double value_of(const ellipse *e, const fit *s, const double *field) {
-  const double *m = s->m;
-  const double a = m[3] * m[5] - m[4] * m[4], b = m[2] * m[4] - m[1] * m[5],
-               c = m[1] * m[4] - m[2] * m[3], det = m[0] * a + m[1] * b + m[2] * c;
-  double r0 = 0, rx = 0, ry = 0;
+  double cofactor[3], r0 = 0, rx = 0, ry = 0;
 #pragma omp simd reduction(+ : r0, rx, ry)
   for (int k = 0; k < e->n; k++) {
     const double v = e->w[k] * field[e->site[k]];
@@ -83,18 +93,20 @@ static double value_of(const ellipse *e, const fit *s, const double *field) {
     rx += v * e->x[k];
     ry += v * e->y[k];
   }
-  if (s->n < 4 || !(det > 1e-8 * m[0] * m[0] * m[0])) return r0 / m[0];
-  return (r0 * a + rx * b + ry * c) / det;
+  if (!spans(s)) return r0 / s->m[0];
+  const double det = determinant(s->m, cofactor);
+  return (r0 * cofactor[0] + rx * cofactor[1] + ry * cofactor[2]) / det;
 }
 
-/* Widens the reach until there is something. */
+/* Widens the reach until a linear fit is carried, which next to an outflow takes more; if it never
+ * is, anything there will do. False if there is nothing. */
 static bool collect(const sct_flow *f, const double x[2], const double reach[2], ellipse *e,
                     fit *s) {
   double wide[2] = {reach[0], reach[1]};
   for (int k = 0; k < 6; k++) {
     gather(f, x, wide, e);
     weigh(e, s);
-    if (s->n > 0 && s->m[0] > 0) return true;
+    if (spans(s) || (k >= 2 && s->n > 0 && s->m[0] > 0)) return true;
     for (int a = 0; a < 2; a++) wide[a] *= 1.5;
   }
   return false;

@@ -15,7 +15,8 @@ extern "C" {
  * edge [n + 1] out, the ends exact. */
 void sct_flow_lines(double lower, double upper, int64_t n, double clustering, double *edge);
 
-/* A domain with its memory, and the options it is run with. */
+/* A domain with its memory, and the options it is run with. Points into itself: not to be copied.
+ */
 typedef struct {
   sct_flow_domain domain;
   sct_flow_options options;
