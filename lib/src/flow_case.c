@@ -126,7 +126,7 @@ static sct_status even_lines(sct_flow_case *c, int64_t cells, double downstream,
 /* Lines in y: those of the step's height, then those of the inlet's. */
 static sct_status step_rows(sct_flow_case *c, int64_t cells, double clustering, sct_error *err) {
   const int64_t below = (int64_t)round(STEP_HEIGHT * (double)cells);
-  const double s = clustering > 0 ? STEP_HEIGHT : (double)below / (double)cells;
+  const double s = STEP_HEIGHT;
   const sct_status status = take_lines(c, 1, below + cells, err);
   if (status != SCT_OK) return status;
   sct_flow_lines(0, s, below, clustering, c->edge[1]);

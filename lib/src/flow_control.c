@@ -9,7 +9,7 @@
 
 /* Remove a local maximum of the number density above TOO_MANY n0, insert below TOO_FEW n0; a new
  * one takes its velocity from REACH spacings around. */
-static const double TOO_MANY = 1.6, TOO_FEW = 1.0, REACH = 2.2;
+static const double TOO_MANY = 1.6, TOO_FEW = 1.0, TOO_FEW_EMPTY = 1.3, REACH = 2.2;
 
 double flow_random(const sct_flow *f, uint64_t what, uint64_t k) {
   uint64_t z = f->options.seed * 0x9e3779b97f4a7c15u + what;
@@ -139,6 +139,13 @@ static void random_place(const sct_flow *f, int64_t i, int64_t j, double x[2]) {
   }
 }
 
+static bool is_empty(const sct_flow *f, int64_t c) {
+  for (int64_t k = f->sites.start[c]; k < f->sites.start[c + 1]; k++) {
+    if (f->sites.particle[k] >= 0) return false;
+  }
+  return true;
+}
+
 /* Tries a place in each of the cells first .. last-1. */
 static bool find_too_few(void *context, int64_t first, int64_t last, int t) {
   sct_flow *f = context;
@@ -149,7 +156,8 @@ static bool find_too_few(void *context, int64_t first, int64_t last, int t) {
     f->seeded[c] = 0;
     if (!f->mesh.fluid[c]) continue;
     random_place(f, c % nx, c / nx, f->seed + 2 * c);
-    f->seeded[c] = density_at(f, c % nx, c / nx, f->seed + 2 * c, &near) < TOO_FEW * f->full;
+    const double least = (is_empty(f, c) ? TOO_FEW_EMPTY : TOO_FEW) * f->full;
+    f->seeded[c] = density_at(f, c % nx, c / nx, f->seed + 2 * c, &near) < least;
   }
   return true;
 }

@@ -28,15 +28,16 @@ bool flow_near_gather(const sct_flow *f, int64_t i, int64_t j, const double x[2]
   reach(&f->mesh.axis[0], i, x[0], support, &i0, &i1);
   reach(&f->mesh.axis[1], j, x[1], support, &j0, &j1);
   for (int64_t row = j0; row <= j1; row++) {
+    const int64_t first = s->start[flow_cell(&f->mesh, i0, row)];
     const int64_t end = s->start[flow_cell(&f->mesh, i1, row) + 1];
-    for (int64_t k = s->start[flow_cell(&f->mesh, i0, row)]; k < end; k++) {
+    if (n + (end - first) > FLOW_NEAR_MOST) return false;
+    for (int64_t k = first; k < end; k++) {
       const double dx = s->x[0][k] - x[0], dy = s->x[1][k] - x[1], r2 = dx * dx + dy * dy;
       near->x[0][n] = dx;
       near->x[1][n] = dy;
       near->r2[n] = r2;
       near->site[n] = (int32_t)k;
       n += (r2 < square) & (r2 > own) & (!mirrors || counts(s->particle[k]));
-      if (n > FLOW_NEAR_MOST) return false;
     }
   }
   near->n = n;

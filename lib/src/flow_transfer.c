@@ -36,8 +36,10 @@ static void gather(const sct_flow *f, const double x[2], const double reach[2], 
   const int64_t j1 = flow_axis_find(&m->axis[1], x[1] + reach[1]);
   int n = 0;
   for (int64_t j = j0; j <= j1; j++) {
-    const int64_t end = s->start[flow_cell(m, i1, j) + 1];
-    for (int64_t k = s->start[flow_cell(m, i0, j)]; k < end && n < NEAR_MOST; k++) {
+    const int64_t first = s->start[flow_cell(m, i0, j)];
+    int64_t end = s->start[flow_cell(m, i1, j) + 1];
+    if (end > first + NEAR_MOST - n) end = first + NEAR_MOST - n;
+    for (int64_t k = first; k < end; k++) {
       const double dx = (s->x[0][k] - x[0]) * px, dy = (s->x[1][k] - x[1]) * py;
       e->x[n] = dx;
       e->y[n] = dy;

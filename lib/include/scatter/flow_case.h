@@ -34,9 +34,9 @@ SCT_NODISCARD sct_status sct_flow_cavity(int64_t cells, double reynolds, double 
                                          sct_scheme scheme, double end, sct_flow_case *flow,
                                          sct_error *err);
 
-/* Channel of height 1 and length 2 before, `downstream` behind, a step of height 0.942 (the nearest
- * whole number of cells of a uniform mesh: 16 / 17), parabola of mean 1 at the inlet, nu = 2 /
- * reynolds, shift 0.5; `cells` over the inlet's height. With clustering > 0 lines are clustered at
+/* Channel of height 1 and length 2 before, `downstream` behind, a step of height 0.942, parabola of
+ * mean 1 at the inlet, nu = 2 / reynolds, shift 0.5; `cells` over the inlet's height and about as
+ * high ones below. With clustering > 0 lines are clustered at
  * floor, edge and ceiling, and in x cells are 0.85 / cells wide around the step and grow to twice
  * that by 1.03^(17 / cells). Failures as above. */
 SCT_NODISCARD sct_status sct_flow_step(int64_t cells, double reynolds, double clustering,
