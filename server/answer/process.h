@@ -7,6 +7,16 @@
 
 enum { PROCESS_OUTPUTS_MAX = 16 };
 
+/* What an output is, for the forms a result can take. */
+typedef enum {
+  OUTPUT_OTHER,
+  OUTPUT_ARRAY,       /* an array of numbers */
+  OUTPUT_COORDINATES, /* [n][dim]: where the rows of the following are */
+  OUTPUT_FIELD,       /* [n] or [n][components] */
+  OUTPUT_COUNTS,      /* [n], integers */
+  OUTPUT_TENSOR       /* [n][dim (dim + 1) / 2]: xx, xy, .. of a symmetric one */
+} output_role;
+
 /* An output, in the order of the result document. */
 typedef struct {
   const char *name;
@@ -14,6 +24,7 @@ typedef struct {
   bool is_object;    /* stands under "value" in a document */
   /* Writes the value: what `run` left in the state, [n] in the client's numbers. */
   void (*write)(emit *e, const task *t, const void *state);
+  output_role role;
 } process_output;
 
 /* `wanted` has bit k set where output k is selected. State lives in the arena of the task; what a
@@ -26,7 +37,9 @@ typedef struct {
   void (*read)(task *t, const item *inputs, void *state);
   /* Does the work. Not called if anything is wrong. */
   sct_status (*run)(task *t, unsigned wanted, void *state);
-  void (*clear)(void *state);                  /* after reading, run or not; may be NULL */
+  void (*clear)(void *state); /* after reading, run or not; may be NULL */
+  /* Where the fields are, also when no output says so; NULL where there are no fields. */
+  void (*coordinates)(emit *e, const task *t, const void *state);
   process_output outputs[PROCESS_OUTPUTS_MAX]; /* name NULL at the end */
 } process;
 

@@ -125,6 +125,12 @@ static void write_diagnostics(emit *e, const task *t, const void *state) {
   diagnostics_write(e, &((const apply *)state)->diagnostics);
 }
 
+static void write_points(emit *e, const task *t, const void *state) {
+  const cloud_input *c = &((const apply *)state)->cloud;
+  (void)t;
+  emit_rows(e, c->posted, c->cloud.n, c->cloud.dim);
+}
+
 const process process_apply = {
     .id = "apply",
     .inputs = inputs,
@@ -132,9 +138,10 @@ const process process_apply = {
     .read = read_apply,
     .run = run_apply,
     .clear = clear_apply,
-    .outputs = {{"value", NULL, false, write_value},
-                {"gradient", NULL, false, write_gradient},
-                {"laplacian", NULL, false, write_laplacian},
+    .coordinates = write_points,
+    .outputs = {{"value", NULL, false, write_value, OUTPUT_FIELD},
+                {"gradient", NULL, false, write_gradient, OUTPUT_FIELD},
+                {"laplacian", NULL, false, write_laplacian, OUTPUT_FIELD},
                 {"norms", "exact_gradient exact_laplacian", true, write_norms},
                 {"diagnostics", NULL, true, write_diagnostics},
                 {"report", NULL, true, report_write}},

@@ -87,6 +87,12 @@ static void write_summary(emit *e, const task *t, const void *state) {
   diagnostics_write(e, &((const diagnose *)state)->summary);
 }
 
+static void write_points(emit *e, const task *t, const void *state) {
+  const cloud_input *c = &((const diagnose *)state)->cloud;
+  (void)t;
+  emit_rows(e, c->posted, c->cloud.n, c->cloud.dim);
+}
+
 const process process_diagnose = {
     .id = "diagnose",
     .inputs = inputs,
@@ -94,10 +100,11 @@ const process process_diagnose = {
     .read = read_diagnose,
     .run = run_diagnose,
     .clear = clear_diagnose,
-    .outputs = {{"neighbours", NULL, false, write_neighbours},
-                {"number_density", NULL, false, write_density},
-                {"artificial_velocity", NULL, false, write_velocity},
-                {"effective_diffusivity", NULL, false, write_tensor},
+    .coordinates = write_points,
+    .outputs = {{"neighbours", NULL, false, write_neighbours, OUTPUT_COUNTS},
+                {"number_density", NULL, false, write_density, OUTPUT_FIELD},
+                {"artificial_velocity", NULL, false, write_velocity, OUTPUT_FIELD},
+                {"effective_diffusivity", NULL, false, write_tensor, OUTPUT_TENSOR},
                 {"summary", NULL, true, write_summary},
                 {"report", NULL, true, report_write}},
 };

@@ -19,7 +19,7 @@ enum { EXCHANGE_FIELDS = 16, EXCHANGE_BASE = 1100, EXCHANGE_ITEM = 64 };
 typedef struct {
   int status; /* 0: there is no reply yet */
   const char *type;
-  char type_room[64]; /* where `type` may stand */
+  char type_room[128]; /* where `type` may stand */
   coding coding;
   int fd; /* closed once sent */
   const void *bytes;
@@ -28,7 +28,7 @@ typedef struct {
   int fields;
   struct {
     const char *name;
-    char value[300];
+    char value[EXCHANGE_BASE + 200];
   } field[EXCHANGE_FIELDS];
 } exchange_reply;
 
@@ -45,8 +45,9 @@ typedef struct exchange {
   double began;       /* loop_now */
   spool body;
   exchange_reply reply;
-  const void *route;        /* of route.c */
-  char item[EXCHANGE_ITEM]; /* what {} in the route's path stands for */
+  const void *route;         /* of route.c */
+  char item[EXCHANGE_ITEM];  /* what {} in the route's path stands for */
+  char item2[EXCHANGE_ITEM]; /* and the second {} */
   /* for the log, set by handlers */
   char process[EXCHANGE_ITEM];
   pid_t worker;

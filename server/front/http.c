@@ -62,6 +62,21 @@ const char *http_argument(const exchange *x, const char *name) {
   return MHD_lookup_connection_value(c->mhd, MHD_GET_ARGUMENT_KIND, name);
 }
 
+void http_peer(const exchange *x, char *room, size_t size) {
+  const connection *c = x->connection;
+  const union MHD_ConnectionInfo *info =
+      MHD_get_connection_info(c->mhd, MHD_CONNECTION_INFO_CLIENT_ADDRESS);
+  snprintf(room, size, "local");
+  if (info == NULL) return;
+  const struct sockaddr *address = info->client_addr;
+  const void *number = address->sa_family == AF_INET
+                           ? (const void *)&((const struct sockaddr_in *)address)->sin_addr
+                           : (const void *)&((const struct sockaddr_in6 *)address)->sin6_addr;
+  if (address->sa_family == AF_INET || address->sa_family == AF_INET6) {
+    inet_ntop(address->sa_family, number, room, (socklen_t)size);
+  }
+}
+
 typedef struct {
   const char *name, *first;
   int count;
@@ -272,16 +287,8 @@ static enum MHD_Result on_access(void *self, struct MHD_Connection *mhd, const c
 }
 
 static void log_peer(log_line *line, const connection *c) {
-  const union MHD_ConnectionInfo *info =
-      MHD_get_connection_info(c->mhd, MHD_CONNECTION_INFO_CLIENT_ADDRESS);
-  char text[INET6_ADDRSTRLEN] = "local";
-  if (info == NULL) return;
-  const struct sockaddr *address = info->client_addr;
-  if (address->sa_family == AF_INET) {
-    inet_ntop(AF_INET, &((const struct sockaddr_in *)address)->sin_addr, text, sizeof text);
-  } else if (address->sa_family == AF_INET6) {
-    inet_ntop(AF_INET6, &((const struct sockaddr_in6 *)address)->sin6_addr, text, sizeof text);
-  }
+  char text[64];
+  http_peer(c->x, text, sizeof text);
   log_text(line, "peer", text);
 }
 

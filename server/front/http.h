@@ -40,6 +40,9 @@ void http_free(http **h);
 const char *http_field(const exchange *x, const char *name, char *room, size_t size);
 const char *http_argument(const exchange *x, const char *name);
 
+/* Address of the client, "local" on a Unix socket. */
+void http_peer(const exchange *x, char *room, size_t size);
+
 /* Sends the reply of an exchange that was left for later. */
 void http_deliver(exchange *x);
 

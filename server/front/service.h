@@ -3,12 +3,17 @@
 #ifndef SCATTERD_SERVICE_H
 #define SCATTERD_SERVICE_H
 
+#include "job.h"
 #include "param.h"
 #include "pool.h"
+#include "wait.h"
 
 typedef struct {
   const parameters *set;
   pool *pool;
+  store *store;
+  jobs *jobs;
+  waits *waits;
 } service;
 
 #endif

@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include "ipc.h"
+#include "sandbox.h"
 
 /* Progress within a phase goes to the front at most this often; the reports in between are free. */
 static const double report_seconds = 0.1;
@@ -54,7 +55,8 @@ static int descriptor_of(const void *bytes, size_t size) {
 }
 
 static bool send_reply(const reply *r) {
-  ipc_news news = {.kind = IPC_REPLY, .coding = r->coding, .points = r->points};
+  ipc_news news = {
+      .kind = IPC_REPLY, .coding = r->coding, .points = r->points, .memory_bytes = r->memory_bytes};
   int fd = -1;
   if (r->bytes != NULL) fd = descriptor_of(r->bytes, r->size);
   if (fd >= 0) {
@@ -69,7 +71,10 @@ static bool send_reply(const reply *r) {
 
 static void answer_into(const ipc_ask *question, const void *body, reply *r) {
   reporter context = {.last = now()};
-  const ask a = {.process = question->process,
+  const ask a = {.work = question->work,
+                 .process = question->process,
+                 .output = question->output,
+                 .results_url = question->results_url,
                  .body = body,
                  .size = (size_t)question->size,
                  .content = question->content,
@@ -77,8 +82,7 @@ static void answer_into(const ipc_ask *question, const void *body, reply *r) {
                  .accept = question->accept,
                  .accept_coding = question->accept_coding,
                  .limits = &question->limits,
-                 .report = report,
-                 .context = &context};
+                 .calls = {.context = &context, .report = report}};
   answer(&a, r);
 }
 
@@ -109,8 +113,10 @@ static void keep_memory(void) {
 
 int worker_main(void) {
   const ipc_news ready = {.kind = IPC_READY};
+  fault why;
   keep_memory();
   answer_prepare();
+  if (SANDBOXED && !sandbox_enter(&why)) fprintf(stderr, "scatterd: worker without sandbox: %s\n", why.text);
   if (!ipc_send(IPC_SOCKET, &ready, sizeof ready, -1)) {
     fputs("scatterd: a worker is started by the daemon only\n", stderr);
     return 2;
@@ -179,7 +185,7 @@ int worker_run(const char *process, const char *path, const char *out, const lim
                  .body = body,
                  .size = size,
                  .content = content,
-                 .accept = media_of_path(out, content),
+                 .accept = media_wish(media_of_path(out, content)),
                  .limits = bounds};
   answer(&a, &r);
   if (r.bytes == NULL) {
