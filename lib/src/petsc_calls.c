@@ -1,0 +1,163 @@
+#include "petsc_calls.h"
+
+#include <dlfcn.h>
+#include <pthread.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "alloc.h"
+
+#if defined(__SANITIZE_ADDRESS__)
+#include <sanitizer/lsan_interface.h>
+#define KEEP_FOR_GOOD __lsan_disable()
+#define KEEP_NO_MORE __lsan_enable()
+#else
+#define KEEP_FOR_GOOD (void)0
+#define KEEP_NO_MORE (void)0
+#endif
+
+static pthread_once_t once = PTHREAD_ONCE_INIT;
+static petsc_calls calls;
+static sct_error failure; /* of opening; code SCT_OK: there was none */
+static _Thread_local char complaint[200];
+
+const char *petsc_complaint(void) {
+  return complaint[0] == '\0' ? "no message" : complaint;
+}
+
+/* Only the first of the messages of an error says what happened, the others where. */
+static PetscErrorCode keep_message(MPI_Comm comm, int line, const char *function, const char *file,
+                                   PetscErrorCode code, PetscErrorType type, const char *text,
+                                   void *context) {
+  (void)comm, (void)line, (void)file, (void)context;
+  if (type == PETSC_ERROR_INITIAL) {
+    snprintf(complaint, sizeof complaint, "%s: %s", function, text == NULL ? "" : text);
+  }
+  return code;
+}
+
+/* Memory of PETSc's own is that of the library, so that its failures can be tested. */
+
+static PetscErrorCode take(size_t size, PetscBool zeroed, int line, const char *function,
+                           const char *file, void **memory) {
+  (void)line, (void)function, (void)file;
+  *memory = NULL;
+  if (size == 0) return 0;
+  return (zeroed ? sct_alloc_zero(memory, (int64_t)size, 1, NULL)
+                 : sct_alloc(memory, (int64_t)size, 1, NULL)) == SCT_OK
+             ? 0
+             : PETSC_ERR_MEM;
+}
+
+static PetscErrorCode give_back(void *memory, int line, const char *function, const char *file) {
+  (void)line, (void)function, (void)file;
+  free(memory);
+  return 0;
+}
+
+static PetscErrorCode resize(size_t size, int line, const char *function, const char *file,
+                             void **memory) {
+  (void)line, (void)function, (void)file;
+  if (size == 0) {
+    sct_release(memory);
+    return 0;
+  }
+  return sct_realloc(memory, (int64_t)size, 1, NULL) == SCT_OK ? 0 : PETSC_ERR_MEM;
+}
+
+/* Open MPI by itself: no daemon beside the process, no directory, no shared memory, no network.
+ * Under a launcher, which has a say in this, nothing is set. */
+static void stay_alone(void) {
+  static const char *const settings[][2] = {
+      {"OMPI_MCA_ess_singleton_isolated", "1"},
+      {"OMPI_MCA_orte_create_session_dirs", "0"},
+      {"OMPI_MCA_pmix", "isolated"},
+      {"OMPI_MCA_pml", "ob1"},
+      {"OMPI_MCA_btl", "self"},
+      {"OMPI_MCA_shmem", "mmap"},
+      {"OMPI_MCA_mpi_param_files", "none"},
+      {"OMPI_MCA_mca_base_param_files", "none"},
+      {"OMPI_MCA_osc", "pt2pt"},
+      {"OMPI_MCA_mpi_yield_when_idle", "1"},
+  };
+  if (getenv("OMPI_COMM_WORLD_SIZE") != NULL || getenv("PMIX_RANK") != NULL) return;
+  for (size_t k = 0; k < sizeof settings / sizeof *settings; k++) {
+    setenv(settings[k][0], settings[k][1], 0);
+  }
+}
+
+static bool find_functions(void *library) {
+#define PETSC_FIND(name)                       \
+  {                                            \
+    void *const found = dlsym(library, #name); \
+    if (found == NULL) return false;           \
+    memcpy(&calls.name, &found, sizeof found); \
+  }
+  PETSC_CALLS(PETSC_FIND)
+#undef PETSC_FIND
+#ifdef OPEN_MPI /* a communicator is a pointer there, a number else */
+  calls.self = dlsym(library, "ompi_mpi_comm_self");
+  return calls.self != NULL;
+#else
+  calls.self = MPI_COMM_SELF;
+  return true;
+#endif
+}
+
+/* hypre's multigrid for these matrices (tests/bench/bench_solve.md): PMIS coarsening, extended+i
+ * interpolation of four entries a row, one forward Gauss-Seidel sweep before and after. */
+static PetscErrorCode set_options(void) {
+  static const char *const settings[][2] = {
+      {"-skip_petscrc", "1"},    {"-no_signal_handler", "1"},          {"-nox", "1"},
+      {"-options_left", "0"},
+#define MULTIGRID(prefix, levels)                                             \
+  {"-" prefix "pc_type", "hypre"}, {"-" prefix "pc_hypre_type", "boomeramg"}, \
+      {"-" prefix "pc_hypre_boomeramg_coarsen_type", "PMIS"},                 \
+      {"-" prefix "pc_hypre_boomeramg_interp_type", "ext+i"},                 \
+      {"-" prefix "pc_hypre_boomeramg_P_max", "4"},                           \
+      {"-" prefix "pc_hypre_boomeramg_strong_threshold", "0.25"},             \
+      {"-" prefix "pc_hypre_boomeramg_relax_type_all", "SOR/Jacobi"},         \
+      {"-" prefix "pc_hypre_boomeramg_agg_nl", levels}
+      MULTIGRID(PETSC_AMG, "0"), MULTIGRID(PETSC_AMG_AGGRESSIVE, "1"),
+#undef MULTIGRID
+  };
+  for (size_t k = 0; k < sizeof settings / sizeof *settings; k++) {
+    const PetscErrorCode code = calls.PetscOptionsSetValue(NULL, settings[k][0], settings[k][1]);
+    if (code != 0) return code;
+  }
+  return 0;
+}
+
+static PetscErrorCode start(void) {
+  stay_alone();
+  PetscErrorCode code = calls.PetscMallocSet(take, give_back, resize);
+  if (code == 0) code = set_options();
+  if (code == 0) code = calls.PetscInitializeNoArguments();
+  if (code == 0) code = calls.PetscPushErrorHandler(keep_message, NULL);
+  return code;
+}
+
+static void open_once(void) {
+  KEEP_FOR_GOOD;
+  void *library = dlopen(SCATTER_PETSC_LIBRARY, RTLD_LAZY | RTLD_GLOBAL); /* MPI's plug-ins look */
+  const char *reason = library == NULL ? dlerror() : "";                  /* for its symbols */
+  if (library == NULL || !find_functions(library)) {
+    (void)sct_fail(&failure,
+                   strstr(reason, "memory") == NULL && strstr(reason, "map") == NULL
+                       ? SCT_E_ARGUMENT
+                       : SCT_E_MEMORY,
+                   -1, "the iterative solver needs PETSc, %s: %.200s", SCATTER_PETSC_LIBRARY,
+                   library == NULL ? reason : "another version");
+  } else if (start() != 0) {
+    (void)sct_fail(&failure, SCT_E_MEMORY, -1, "PETSc does not start: %s", petsc_complaint());
+  }
+  KEEP_NO_MORE;
+}
+
+const petsc_calls *petsc_open(sct_error *err) {
+  pthread_once(&once, open_once);
+  if (failure.code == SCT_OK) return &calls;
+  if (err != NULL) *err = failure;
+  return NULL;
+}
