@@ -12,9 +12,11 @@
 #include <sanitizer/lsan_interface.h>
 #define KEEP_FOR_GOOD __lsan_disable()
 #define KEEP_NO_MORE __lsan_enable()
+#define IGNORE(block) __lsan_ignore_object(block)
 #else
 #define KEEP_FOR_GOOD (void)0
 #define KEEP_NO_MORE (void)0
+#define IGNORE(block) (void)(block)
 #endif
 
 static pthread_once_t once = PTHREAD_ONCE_INIT;
@@ -39,31 +41,111 @@ static PetscErrorCode keep_message(MPI_Comm comm, int line, const char *function
 
 /* Memory of PETSc's own is that of the library, so that its failures can be tested. */
 
+struct petsc_block {
+  petsc_block *next, **link; /* link points here; NULL: on no list */
+  int64_t bytes, unused;     /* of what follows */
+};
+
+/* PETSc keeps lists whose nodes it allocates among the objects: less than this may belong to one of
+ * them, and stays when objects are abandoned. */
+enum { ARRAY = 256 };
+_Static_assert(sizeof(petsc_block) % 16 == 0, "what follows a block is aligned");
+
+static _Thread_local petsc_block **owner;
+static _Thread_local bool has_run_out;
+
+void petsc_own(petsc_block **list) {
+  owner = list;
+  has_run_out = false;
+}
+
+bool petsc_ran_out(void) {
+  return has_run_out;
+}
+
+static void list_block(petsc_block *block, petsc_block **list) {
+  block->link = list;
+  if (list == NULL) return;
+  block->next = *list;
+  if (block->next != NULL) block->next->link = &block->next;
+  *list = block;
+}
+
+static void unlist_block(petsc_block *block) {
+  if (block->link == NULL) return;
+  *block->link = block->next;
+  if (block->next != NULL) block->next->link = block->link;
+}
+
+void petsc_abandon(petsc_block **list) {
+  while (*list != NULL) {
+    petsc_block *block = *list;
+    unlist_block(block);
+    block->link = NULL;
+    if (block->bytes >= ARRAY) {
+      sct_release(&block);
+    } else {
+      IGNORE(block);
+    }
+  }
+}
+
+void petsc_keep(petsc_block **list) {
+  while (*list != NULL) {
+    petsc_block *const block = *list;
+    unlist_block(block);
+    block->link = NULL;
+  }
+}
+
+static PetscErrorCode ran_out(void **memory) {
+  *memory = NULL;
+  has_run_out = true;
+  return PETSC_ERR_MEM;
+}
+
 static PetscErrorCode take(size_t size, PetscBool zeroed, int line, const char *function,
                            const char *file, void **memory) {
+  petsc_block *block = NULL;
+  const int64_t bytes = (int64_t)(size + sizeof *block);
   (void)line, (void)function, (void)file;
   *memory = NULL;
   if (size == 0) return 0;
-  return (zeroed ? sct_alloc_zero(memory, (int64_t)size, 1, NULL)
-                 : sct_alloc(memory, (int64_t)size, 1, NULL)) == SCT_OK
-             ? 0
-             : PETSC_ERR_MEM;
+  if ((zeroed ? sct_alloc_zero : sct_alloc)(&block, bytes, 1, NULL) != SCT_OK) {
+    return ran_out(memory);
+  }
+  block->bytes = (int64_t)size;
+  list_block(block, owner);
+  *memory = block + 1;
+  return 0;
 }
 
 static PetscErrorCode give_back(void *memory, int line, const char *function, const char *file) {
   (void)line, (void)function, (void)file;
-  free(memory);
+  if (memory == NULL) return 0;
+  petsc_block *block = (petsc_block *)memory - 1;
+  unlist_block(block);
+  sct_release(&block);
   return 0;
 }
 
 static PetscErrorCode resize(size_t size, int line, const char *function, const char *file,
                              void **memory) {
-  (void)line, (void)function, (void)file;
+  if (*memory == NULL) return take(size, PETSC_FALSE, line, function, file, memory);
+  petsc_block *block = (petsc_block *)*memory - 1;
+  petsc_block **const list = block->link == NULL ? NULL : owner;
   if (size == 0) {
-    sct_release(memory);
-    return 0;
+    *memory = NULL;
+    return give_back(block + 1, line, function, file);
   }
-  return sct_realloc(memory, (int64_t)size, 1, NULL) == SCT_OK ? 0 : PETSC_ERR_MEM;
+  unlist_block(block);
+  if (size < ARRAY) size = ARRAY; /* an array, however small */
+  const sct_status status = sct_realloc(&block, (int64_t)(size + sizeof *block), 1, NULL);
+  if (status == SCT_OK) block->bytes = (int64_t)size;
+  list_block(block, list); /* grown or not, it may have been put at the head of the list */
+  *memory = block + 1;
+  has_run_out = has_run_out || status != SCT_OK;
+  return status == SCT_OK ? 0 : PETSC_ERR_MEM;
 }
 
 /* Open MPI by itself: no daemon beside the process, no directory, no shared memory, no network.

@@ -13,16 +13,19 @@
 
 #include "scatter/status.h"
 
-#define PETSC_CALLS(X)                                                                        \
-  X(PetscInitializeNoArguments)                                                               \
-  X(PetscMallocSet)                                                                           \
-  X(PetscOptionsSetValue) X(PetscPushErrorHandler) X(MatCreateSeqAIJWithArrays) X(MatDestroy) \
-      X(VecCreateSeqWithArray) X(VecDestroy) X(VecPlaceArray) X(VecResetArray) X(KSPCreate)   \
-          X(KSPDestroy) X(KSPSetOperators) X(KSPSetType) X(KSPSetPCSide) X(KSPSetNormType)    \
-              X(KSPSetOptionsPrefix) X(KSPSetFromOptions) X(KSPSetInitialGuessNonzero)        \
-                  X(KSPSetConvergenceTest) X(KSPGetPC) X(KSPSetUp) X(KSPSolve)                \
-                      X(KSPSolveTranspose) X(KSPGetIterationNumber) X(KSPGetConvergedReason)  \
-                          X(PCSetType) X(PCGetFailedReason)
+#define PETSC_CALLS(X)                                                                          \
+  X(PetscInitializeNoArguments)                                                                 \
+  X(PetscMallocSet)                                                                             \
+  X(PetscOptionsSetValue)                                                                       \
+  X(PetscPushErrorHandler)                                                                      \
+  X(MatCreateSeqAIJWithArrays)                                                                  \
+  X(MatDestroy)                                                                                 \
+  X(VecCreateSeqWithArray) X(VecDestroy) X(VecPlaceArray) X(VecResetArray) X(KSPCreate)         \
+      X(KSPDestroy) X(KSPSetOperators) X(KSPSetType) X(KSPSetPCSide) X(KSPSetNormType)          \
+          X(KSPSetOptionsPrefix) X(KSPSetFromOptions) X(KSPSetInitialGuessNonzero)              \
+              X(KSPSetConvergenceTest) X(KSPGetPC) X(KSPSetUp) X(KSPSolve) X(KSPSolveTranspose) \
+                  X(KSPGetIterationNumber) X(KSPGetConvergedReason) X(PCSetType)                \
+                      X(PCGetFailedReason)
 
 typedef struct {
 #define PETSC_POINTER(name) __typeof__(name) *name;
@@ -37,6 +40,17 @@ const petsc_calls *petsc_open(sct_error *err);
 
 /* What PETSc said of its last error, for messages. */
 const char *petsc_complaint(void);
+
+/* PETSc cannot destroy what it had no memory to finish. So everything it allocates from petsc_own
+ * on, on this thread, goes onto a list (NULL: none). petsc_abandon frees the arrays on it;
+ * petsc_keep leaves to PETSc what is still on it when all objects are destroyed. */
+typedef struct petsc_block petsc_block;
+void petsc_own(petsc_block **list);
+void petsc_abandon(petsc_block **list);
+void petsc_keep(petsc_block **list);
+
+/* Was there an allocation that failed since petsc_own? */
+bool petsc_ran_out(void);
 
 /* Multigrid by hypre, as option prefixes of a KSP. */
 #define PETSC_AMG "scatter_amg_"

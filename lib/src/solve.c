@@ -312,6 +312,7 @@ static sct_status substitute_or_fall_back(sct_solver *s, const double *b, bool t
   sct_status status = substitute(s, b, transposed, x, &why);
   if (status != SCT_E_CONVERGENCE) {
     if (status != SCT_OK && err != NULL) *err = why;
+    if (status != SCT_OK) s->a = NULL; /* the preconditioner went with the memory */
     return status;
   }
   s->a = NULL; /* until there are factors again */

@@ -8,6 +8,7 @@
 #include <limits.h>
 #include <malloc.h>
 #include <math.h>
+#include <pthread.h>
 #include <string.h>
 
 #include "alloc.h"
@@ -27,6 +28,7 @@ typedef struct {
   Mat matrix;
   Vec rhs, x;
   KSP ksp;
+  petsc_block *blocks; /* their memory */
   /* of the solve under way */
   sct_solve_report *report;
   double target, scale; /* norms of residual to reach, of the right-hand side */
@@ -34,31 +36,47 @@ typedef struct {
   int spent, limit;     /* iterations */
 } petsc_state;
 
-static sct_status failed(PetscErrorCode code, const char *what, sct_error *err) {
-  if (code == PETSC_ERR_MEM) {
+/* Gives up all objects, finished or not. */
+static void abandon(petsc_state *s) {
+  petsc_abandon(&s->blocks);
+  s->ksp = NULL;
+  s->matrix = NULL;
+  s->rhs = s->x = NULL;
+}
+
+/* An error of PETSc's; one of memory leaves ruins. */
+static sct_status failed(petsc_state *s, PetscErrorCode code, const char *what, sct_error *err) {
+  if (code == PETSC_ERR_MEM || petsc_ran_out()) {
+    abandon(s);
     return sct_fail(err, SCT_E_MEMORY, -1, "no memory in %s of petsc", what);
   }
   return sct_fail(err, SCT_E_CONVERGENCE, -1, "%s of petsc: error %d, %s", what, (int)code,
                   petsc_complaint());
 }
 
-static sct_status load(sct_error *err) {
-  sct_error why = {.code = SCT_OK};
-  if (petsc_open(&why) != NULL) return SCT_OK;
-  if (err != NULL) *err = why;
-  return why.code;
+/* Destroys the Krylov method; it may need memory for that, which PETSc then keeps. */
+static sct_status drop_ksp(petsc_state *s, sct_error *err) {
+  petsc_own(NULL);
+  const PetscErrorCode code = s->ksp == NULL ? 0 : s->petsc->KSPDestroy(&s->ksp);
+  if (code == 0) return SCT_OK;
+  abandon(s);
+  return sct_fail(err, SCT_E_MEMORY, -1, "no memory to free a solver of petsc: error %d",
+                  (int)code);
 }
 
 static void drop(petsc_state *s) {
-  if (s->ksp != NULL) (void)s->petsc->KSPDestroy(&s->ksp);
-  if (s->matrix != NULL) (void)s->petsc->MatDestroy(&s->matrix);
-  if (s->rhs != NULL) (void)s->petsc->VecDestroy(&s->rhs);
-  if (s->x != NULL) (void)s->petsc->VecDestroy(&s->x);
+  if (drop_ksp(s, NULL) != SCT_OK) return;
+  PetscErrorCode code = 0;
+  if (s->matrix != NULL) code = s->petsc->MatDestroy(&s->matrix);
+  if (code == 0 && s->rhs != NULL) code = s->petsc->VecDestroy(&s->rhs);
+  if (code == 0 && s->x != NULL) code = s->petsc->VecDestroy(&s->x);
+  if (code != 0) abandon(s);
 }
 
 static void release(void *state) {
   petsc_state *s = state;
   drop(s);
+  petsc_keep(&s->blocks);
   sct_release(&s);
 }
 
@@ -71,10 +89,8 @@ static sct_status analyse(const sct_solve_matrix *a, const sct_solve_options *op
   *state = s;
   if (status != SCT_OK) return status;
   s->options = *options;
-  s->petsc = petsc_open(err);
-  if (s->petsc != NULL) return SCT_OK;
-  sct_release(state);
-  return err == NULL ? SCT_E_ARGUMENT : err->code;
+  s->petsc = petsc_open(NULL); /* load succeeded */
+  return SCT_OK;
 }
 
 /* ---- the preconditioner ---- */
@@ -169,13 +185,15 @@ static sct_status set_up(petsc_state *s, const sct_solve_matrix *a, sct_solve_re
   const int64_t before = bytes_in_use();
   PCFailedReason reason = PC_NOERROR;
   PC pc;
-  if (s->ksp != NULL) (void)s->petsc->KSPDestroy(&s->ksp);
+  sct_status status = drop_ksp(s, err);
+  if (status != SCT_OK) return status;
+  petsc_own(&s->blocks);
   if (s->preconditioner != SCT_ILU && !has_room_for_multigrid(a)) s->preconditioner = SCT_ILU;
   PetscErrorCode code = make_ksp(s);
   if (code == 0) code = s->petsc->KSPSetUp(s->ksp);
   if (code == 0) code = s->petsc->KSPGetPC(s->ksp, &pc);
   if (code == 0) code = s->petsc->PCGetFailedReason(pc, &reason);
-  if (code != 0) return failed(code, "preconditioner", err);
+  if (code != 0) return failed(s, code, "preconditioner", err);
   report->krylov = s->is_second ? "gmres" : "bicgstab";
   report->preconditioner = preconditioners[s->preconditioner].name;
   report->factor_nonzeros = s->preconditioner == SCT_ILU ? a->start[a->n] : 0;
@@ -198,9 +216,11 @@ static sct_status factor(void *state, const sct_solve_matrix *a, sct_solve_repor
   s->is_second = false;
   s->traits = sct_solve_traits_of(a->source, s->options.dim);
   s->preconditioner = chosen(s);
+  petsc_own(&s->blocks);
   const PetscErrorCode code = make_objects(s, a);
-  if (code != 0) return failed(code, "matrix", err);
-  return set_up(s, a, report, err);
+  const sct_status status = code == 0 ? set_up(s, a, report, err) : failed(s, code, "matrix", err);
+  petsc_own(NULL);
+  return status;
 }
 
 /* ---- a solve ---- */
@@ -236,7 +256,7 @@ static sct_status iterate(petsc_state *s, const double *b, double *x, sct_error 
   if (code == 0) code = p->KSPGetIterationNumber(s->ksp, &count);
   s->spent += (int)count;
   s->report->iterations = s->spent;
-  return code == 0 ? SCT_OK : failed(code, "iteration", err);
+  return code == 0 ? SCT_OK : failed(s, code, "iteration", err);
 }
 
 /* Runs until the true residual is small enough, or no run halves it. *x is the best so far. */
@@ -289,9 +309,57 @@ static sct_status solve(void *state, const sct_solve_matrix *a, const double *b,
   begin_solve(s, b, a->n, report);
   if (!s->options.guess || !isfinite(norm(x, a->n))) memset(x, 0, (size_t)a->n * sizeof *x);
   if (s->scale == 0) memset(x, 0, (size_t)a->n * sizeof *x);
+  petsc_own(&s->blocks);
   sct_status status = iterate_to_target(s, a, b, x, err);
   const bool more = !s->is_second && s->spent < s->limit;
-  return status == SCT_E_CONVERGENCE && more ? try_second(s, a, b, x, err) : status;
+  if (status == SCT_E_CONVERGENCE && more) status = try_second(s, a, b, x, err);
+  petsc_own(NULL);
+  return status;
+}
+
+/* ---- loading ---- */
+
+/* What PETSc registers at the first use of anything stays for good: so everything is used once. */
+static sct_status use(sct_preconditioner preconditioner, bool is_second) {
+  int64_t starts[] = {0, 2, 5, 7};
+  int start[] = {0, 2, 5, 7};
+  int32_t column[] = {0, 1, 0, 1, 2, 1, 2};
+  double value[] = {1, -0.4, -0.4, 1, -0.4, -0.4, 1}, x[3] = {0};
+  const double b[] = {1, 2, 3};
+  const sct_csr source = {3, 3, starts, column, value};
+  const sct_solve_matrix a = {
+      .n = 3, .by_rows = true, .start = start, .index = column, .value = value, .source = &source};
+  petsc_state s = {.petsc = petsc_open(NULL),
+                   .preconditioner = preconditioner,
+                   .is_second = is_second,
+                   .options.dim = 2};
+  sct_solve_report report = {0};
+  begin_solve(&s, b, 3, &report);
+  sct_status status = make_objects(&s, &a) == 0 ? set_up(&s, &a, &report, NULL) : SCT_E_MEMORY;
+  if (status == SCT_OK) status = iterate_to_target(&s, &a, b, x, NULL);
+  drop(&s);
+  petsc_keep(&s.blocks);
+  return status;
+}
+
+static sct_error unusable; /* code SCT_OK: it is usable */
+
+static void use_all(void) {
+  if (petsc_open(&unusable) == NULL) return;
+  for (int k = SCT_ILU; k <= SCT_AMG_AGGRESSIVE; k++) {
+    const sct_status status = use((sct_preconditioner)k, k == SCT_ILU);
+    if (status == SCT_OK && (k != SCT_ILU || use(SCT_ILU, false) == SCT_OK)) continue;
+    (void)sct_fail(&unusable, status == SCT_OK ? SCT_E_MEMORY : status, -1,
+                   "PETSc does not start: %s of three rows fails", preconditioners[k].name);
+    return;
+  }
+}
+
+static sct_status load(sct_error *err) {
+  static pthread_once_t once = PTHREAD_ONCE_INIT;
+  pthread_once(&once, use_all);
+  if (unusable.code != SCT_OK && err != NULL) *err = unusable;
+  return unusable.code;
 }
 
 const sct_solve_kind sct_solve_petsc = {.name = "iterative",
