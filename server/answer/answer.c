@@ -183,7 +183,10 @@ void answer_prepare(void) {
 
 void answer(const ask *a, reply *r) {
   task t = {.limits = a->limits,
-            .work = {(int)a->limits->threads, a->calls.report, a->calls.context}};
+            .work = {(int)a->limits->threads, a->calls.report, a->calls.context},
+            .checkpoint = a->checkpoint,
+            .checkpoint_size = a->checkpoint_size,
+            .keep_checkpoint = a->calls.checkpoint};
   *r = (reply){.status = 500};
   stopwatch_start(&t.watch);
   if (a->work == IPC_RENDER) {
