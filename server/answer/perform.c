@@ -1,14 +1,17 @@
 #include "perform.h"
 
+#include "by_href.h"
 #include "result.h"
 
 void perform_read(task *t, const process *p, const doc *root, performance *f) {
   *f = (performance){.process = p, .body = item_body(root)};
   f->state = task_zeros(t, 1, p->state_size);
   if (!f->state) return;
+  item inputs = item_member(&f->body, "inputs");
+  /* those of a batch are its children's */
+  if (!p->children && !by_href_resolve(t, &inputs)) return;
   execute_read(t, p, &f->body, &f->wanted);
-  const doc *inputs = f->wanted.inputs.doc;
-  bool is_readable = !inputs || inputs->kind == DOC_OBJECT;
+  bool is_readable = !inputs.doc || inputs.doc->kind == DOC_OBJECT;
   if (root->kind == DOC_OBJECT && is_readable) p->read(t, &f->wanted.inputs, f->state);
   stopwatch_lap(&t->watch, LAP_DECODE);
 }

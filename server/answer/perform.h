@@ -8,6 +8,7 @@
 #define SCATTERD_PERFORM_H
 
 #include "execute_body.h"
+#include "ipc.h"
 
 typedef struct {
   const process *process;

@@ -3,6 +3,7 @@
 #define SCATTERD_PROCESS_H
 
 #include "emit.h"
+#include "grow.h"
 #include "read.h"
 
 enum { PROCESS_OUTPUTS_MAX = 16 };
@@ -39,6 +40,10 @@ typedef struct {
   /* Does the work. Not called if anything is wrong. */
   sct_status (*run)(task *t, unsigned wanted, void *state);
   void (*clear)(void *state); /* after reading, run or not; may be NULL */
+  /* Estimated peak of `run`, (bytes) beyond the worker's own; NULL: nothing to speak of. */
+  int64_t (*memory)(const task *t, const void *state);
+  /* Of a batch: writes the frames of its children (check.h); NULL: it has none. */
+  bool (*children)(task *t, const void *state, grow_bytes *frames);
   /* Where the fields are, also when no output says so; NULL where there are no fields. */
   void (*coordinates)(emit *e, const task *t, const void *state);
   process_output outputs[PROCESS_OUTPUTS_MAX]; /* name NULL at the end */
@@ -49,6 +54,6 @@ const process *process_find(const char *id);
 const process *process_at(int k);
 
 extern const process process_solve, process_apply, process_diagnose, process_study, process_flow,
-    process_echo;
+    process_echo, process_batch;
 
 #endif

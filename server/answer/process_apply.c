@@ -1,5 +1,6 @@
 /* process_apply.c - the operators applied to a field. */
 #include "diagnostics.h"
+#include "estimate.h"
 #include "field_input.h"
 #include "member.h"
 #include "operator_input.h"
@@ -82,6 +83,12 @@ static sct_status run_apply(task *t, unsigned wanted, void *state) {
   return t->error.code;
 }
 
+static int64_t memory_of_apply(const task *t, const void *state) {
+  const apply *s = state;
+  (void)t;
+  return estimate_points(s->cloud.cloud.dim, s->cloud.cloud.n, &s->op);
+}
+
 static void clear_apply(void *state) {
   apply *s = state;
   discretisation_clear(&s->grid);
@@ -138,6 +145,7 @@ const process process_apply = {
     .read = read_apply,
     .run = run_apply,
     .clear = clear_apply,
+    .memory = memory_of_apply,
     .coordinates = write_points,
     .outputs = {{"value", NULL, false, write_value, OUTPUT_FIELD},
                 {"gradient", NULL, false, write_gradient, OUTPUT_FIELD},

@@ -12,8 +12,12 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "callback.h"
+#include "events.h"
 #include "listener.h"
 #include "log.h"
+#include "metrics.h"
+#include "outbound.h"
 #include "privilege.h"
 #include "route.h"
 #include "systemd.h"
@@ -95,6 +99,7 @@ static void on_signal(void *self, uint32_t events) {
   systemd_stopping(f->set->grace_seconds + farewell_seconds);
   http_quiesce(f->http);
   waits_stop(f->service.waits);
+  streams_stop(f->service.streams);
 }
 
 static bool watch_signals(front *f, fault *why) {
@@ -135,7 +140,10 @@ static bool start(front *f, fault *why) {
   f->service.jobs = jobs_new(f->loop, f->set, f->service.pool, f->service.store, why);
   if (f->service.jobs == NULL) return false;
   f->service.waits = waits_new(f->loop);
-  if (f->service.waits == NULL) return fault_set(why, "out of memory");
+  f->service.streams = streams_new(f->loop, f->set);
+  if (f->service.waits == NULL || f->service.streams == NULL)
+    return fault_set(why, "out of memory");
+  metrics_begin(&f->service);
   const http_handler handler = route_handler(&f->service);
   f->http = http_new(f->loop, f->set, f->listener.fd, f->listener.host, &handler, why);
   if (f->http == NULL) return false;
@@ -155,8 +163,11 @@ static void say_farewell(front *f) {
 static void end(front *f) {
   http_free(&f->http);
   if (f->service.pool != NULL) pool_stop(f->service.pool);
+  callbacks_free(&f->service.callbacks);
+  outbound_free(&f->service.outbound);
   jobs_free(&f->service.jobs);
   waits_free(&f->service.waits);
+  streams_free(&f->service.streams);
   store_close(&f->service.store);
   pool_free(&f->service.pool);
   if (f->signals >= 0) close(f->signals);

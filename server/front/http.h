@@ -46,6 +46,9 @@ void http_peer(const exchange *x, char *room, size_t size);
 /* Sends the reply of an exchange that was left for later. */
 void http_deliver(exchange *x);
 
+/* The source of a reply has more to say, or is at its end. */
+void http_wake(exchange *x);
+
 /* Takes no new connections, closes idle ones, and each other one after its reply. */
 void http_quiesce(http *h);
 

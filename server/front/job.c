@@ -62,6 +62,7 @@ void job_file(const job_row *row, const char *kind, char name[64]) {
 
 job_view job_look(const job *c) {
   job_view view = {.row = c->row, .active = (job *)c};
+  if (c->events != NULL) view.event = c->events->last;
   if (c->row.state == JOB_RUNNING) memcpy(view.phase, c->phase, sizeof view.phase);
   return view;
 }
@@ -77,7 +78,8 @@ void job_become(job *c, job_state state, const char *format, ...) {
   c->row.updated = unix_now();
   if (state == JOB_RUNNING && c->row.started <= 0) c->row.started = c->row.updated;
   if (state >= JOB_SUCCESSFUL) {
-    c->row.finished = c->row.updated;
+    c->row.finished = fmax(c->row.updated, c->all->last + 1e-6);
+    c->all->last = c->row.finished;
     if (c->row.parent == 0) c->row.expires = c->row.finished + c->all->set->result_seconds;
   }
   job_save(c);
@@ -100,13 +102,19 @@ void job_watch_off(job_watch *w) {
   w->at = NULL;
 }
 
+/* A second late, so that it is the last one whatever its last milliseconds brought. */
+int64_t job_event_last(const job_row *row) {
+  return (int64_t)(1e3 * row->updated) + 1000;
+}
+
 /* Ids are milliseconds since 1970, and one more where that is not more than the last. */
 static void add_event(job *c, job_event_kind kind) {
   if (c->events == NULL) c->events = calloc(1, sizeof *c->events);
   job_events *e = c->events;
   if (e == NULL) return; /* who watches then sees states only */
   const double now = unix_now();
-  const int64_t id = (int64_t)(1e3 * now);
+  const bool over = job_state_is_final((job_state)c->row.state);
+  const int64_t id = over ? job_event_last(&c->row) : (int64_t)(1e3 * now);
   e->last = id > e->last ? id : e->last + 1;
   job_event *event = &e->ring[e->count++ % JOB_EVENTS];
   *event = (job_event){
@@ -122,6 +130,10 @@ const job_event *job_event_after(const job *which, int64_t after) {
     if (event->id > after) return event;
   }
   return NULL;
+}
+
+bool job_events_dropped(const job *which) {
+  return which->events != NULL && which->events->count > JOB_EVENTS;
 }
 
 void job_tell(job *c, job_event_kind kind) {
@@ -205,7 +217,7 @@ job_counts jobs_counts(const jobs *j) {
   return counts;
 }
 
-void jobs_on_change(jobs *j, void (*changed)(void *self, const job_row *row), void *self) {
+void jobs_on_change(jobs *j, void (*changed)(void *self), void *self) {
   j->told = changed;
   j->told_self = self;
 }

@@ -64,6 +64,7 @@ typedef struct {
   job_row row;
   char phase[32]; /* of a running one, "" if not known */
   job *active;    /* NULL if it is over */
+  int64_t event;  /* id of its newest event, 0 if none is kept */
 } job_view;
 
 /* A stored job as it is now. */
@@ -108,6 +109,12 @@ void job_watch_off(job_watch *w); /* nothing if it is off */
 /* The oldest kept event with an id above `after`; NULL if there is none. */
 const job_event *job_event_after(const job *which, int64_t after);
 
+/* Id of the last event of a job that is over. */
+int64_t job_event_last(const job_row *row);
+
+/* Has it had more events than it keeps? */
+bool job_events_dropped(const job *which);
+
 /* ---- Ending ---- */
 
 /* Dismisses a job, killing its run: STORE_OK, or what went wrong. *view is what is left. */
@@ -123,8 +130,8 @@ typedef struct {
 
 job_counts jobs_counts(const jobs *j);
 
-/* Who is told of the first run and of the end of each job, for callbacks. */
-void jobs_on_change(jobs *j, void (*changed)(void *self, const job_row *row), void *self);
+/* Who is told when there may be a call to a subscriber to be made. */
+void jobs_on_change(jobs *j, void (*changed)(void *self), void *self);
 
 double unix_now(void); /* seconds since 1970 */
 

@@ -49,10 +49,11 @@ struct jobs {
   double retry;  /* when to try again to store what could not be */
   double expiry; /* when the next result expires, by unix_now */
   int64_t budget;
+  double last; /* newest `finished`: no two are equal */
   double mean; /* seconds of a run, weighted towards the recent ones */
   bool stopped;
   job_counts counts;
-  void (*told)(void *self, const job_row *row);
+  void (*told)(void *self);
   void *told_self;
 };
 

@@ -4,11 +4,12 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "batch_results.h"
 #include "http.h"
 #include "job_status.h"
 #include "negotiate.h"
 #include "prefer.h"
-#include "render.h"
+#include "rendering.h"
 
 bool job_of_route(const service *s, exchange *x, job_view *view) {
   const store_result result = jobs_find(s->jobs, x->item, view);
@@ -117,8 +118,20 @@ static void refuse_active(const service *s, exchange *x, const job_row *row) {
   job_refuse_unready(x, row);
 }
 
+typedef struct {
+  rendering *rendering;
+  batch_results *batch;
+} results_task;
+
+static results_task *results_task_new(exchange *x) {
+  x->task = calloc(1, sizeof(results_task));
+  if (x->task == NULL) exchange_refuse(x, 503, "out of memory");
+  return x->task;
+}
+
 static void send_results(const service *s, exchange *x, const job_row *row) {
-  x->task = render_new(s, x, row, x->item2);
+  results_task *t = results_task_new(x);
+  if (t != NULL) t->rendering = rendering_new(s, x, row, x->item2);
 }
 
 static void send_failure(const service *s, exchange *x, const job_row *row) {
@@ -136,15 +149,41 @@ static void (*const results[JOB_STATES])(const service *s, exchange *x, const jo
     [JOB_DISMISSED] = refuse_dismissed,
 };
 
+/* All results of a batch, or those of its request number item2. */
+static void serve_batch(const service *s, exchange *x, const job_view *view) {
+  job_row part;
+  char *end = NULL;
+  const long index = *x->item2 != '\0' ? strtol(x->item2, &end, 10) : -1;
+  if (*x->item2 == '\0') {
+    results_task *t = results_task_new(x);
+    if (t != NULL) t->batch = batch_results_new(s, x, view);
+  } else if (*end != '\0' || index < 0 || index >= view->row.parts ||
+             store_part(jobs_store(s->jobs), view->row.number, (int)index, &part) != STORE_OK) {
+    exchange_refuse(x, 404, "batch %s has no request \"%.64s\", it has 0 to %d", view->row.id,
+                    x->item2, view->row.parts - 1);
+  } else {
+    *x->item2 = '\0';
+    results[part.state](s, x, &part);
+  }
+}
+
 void job_results_serve(const service *s, exchange *x) {
   job_view view;
-  if (job_of_route(s, x, &view)) results[view.row.state](s, x, &view.row);
+  if (!job_of_route(s, x, &view)) return;
+  if (view.row.parts > 0 && view.row.state <= JOB_SUCCESSFUL) {
+    serve_batch(s, x, &view);
+  } else {
+    results[view.row.state](s, x, &view.row);
+  }
 }
 
 void job_results_end(const service *s, exchange *x) {
-  render *r = x->task;
+  results_task *t = x->task;
   (void)s;
-  render_free(&r);
+  if (t == NULL) return;
+  rendering_free(&t->rendering);
+  batch_results_free(&t->batch);
+  free(t);
   x->task = NULL;
 }
 

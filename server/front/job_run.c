@@ -323,5 +323,6 @@ void job_part_ended(job *part) {
   job_advance(part, 1);
   batch->ended++;
   batch->failed += part->row.state != JOB_SUCCESSFUL;
+  if (batch->watches != NULL) job_tell(batch, JOB_EVENT_PROGRESS);
   if (batch->ended == batch->row.parts) job_end_batch(batch);
 }

@@ -8,12 +8,15 @@
 #include "pool.h"
 #include "wait.h"
 
-typedef struct {
+typedef struct service {
   const parameters *set;
   pool *pool;
   store *store;
   jobs *jobs;
   waits *waits;
+  struct streams *streams;     /* events.h */
+  struct outbound *outbound;   /* outbound.h */
+  struct callbacks *callbacks; /* callback.h */
 } service;
 
 #endif

@@ -14,6 +14,8 @@
 #include "fault.h"
 #include "job_row.h"
 
+#define STORE_DATABASE "jobs.db" /* in its directory; its log is beside it with -wal */
+
 typedef struct store store;
 
 typedef enum {
@@ -49,6 +51,9 @@ store_result store_job_number(store *s, int64_t number, job_row *row);
 
 /* Job `part` of a batch. */
 store_result store_part(store *s, int64_t parent, int part, job_row *row);
+
+/* The part of a batch that ended first after the time `after`. */
+store_result store_next_ended(store *s, int64_t parent, double after, job_row *row);
 
 /* How many parts of a batch are in each state. */
 store_result store_part_states(store *s, int64_t parent, int64_t count[JOB_STATES]);
@@ -94,6 +99,18 @@ typedef struct {
 
 /* Newest first. */
 store_result store_list(store *s, const store_filter *f, store_visit *visit, void *context);
+
+/* ---- Calls to subscribers ---- */
+
+store_result store_add_call(store *s, int64_t job, int address, double when);
+
+/* Those that are due first, at most `most`. */
+typedef void store_call(void *context, const job_call *call);
+store_result store_calls(store *s, int most, store_call *visit, void *context);
+
+/* Writes attempts and due; forgets it. */
+store_result store_update_call(store *s, const job_call *call);
+store_result store_remove_call(store *s, int64_t number);
 
 /* ---- Log of a job ---- */
 

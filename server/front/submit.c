@@ -13,7 +13,7 @@
 #include "job_queue.h"
 #include "job_status.h"
 #include "outcome.h"
-#include "render.h"
+#include "rendering.h"
 #include "submitter.h"
 
 struct submission {
@@ -22,9 +22,9 @@ struct submission {
   prefer prefer;
   ipc_ask ask;
   job_extra extra;
-  pool_task *task; /* the check */
-  wait wait;       /* for the end, with Prefer: wait */
-  render *render;  /* of the results, after it */
+  pool_task *task;      /* the check */
+  wait wait;            /* for the end, with Prefer: wait */
+  rendering *rendering; /* of the results, after it */
 };
 
 static void refuse_memory(exchange *x) {
@@ -68,8 +68,8 @@ static void reply_results(submission *b, const job_row *row) {
   exchange_add(x, "Preference-Applied", "wait=%.0f", b->prefer.wait);
   exchange_add(x, "Content-Location", "%s/jobs/%s/results", x->base, row->id);
   if (row->state == JOB_SUCCESSFUL && row->parts == 0) {
-    b->render = render_new(b->service, x, row, "");
-    if (b->render != NULL) return; /* it delivers */
+    b->rendering = rendering_new(b->service, x, row, "");
+    if (b->rendering != NULL) return; /* it delivers */
   } else {
     job_refuse_failed(x, b->service->jobs, row);
   }
@@ -208,6 +208,7 @@ static job_order order_of(submission *b, const frames *f, const pool_outcome *o)
   row->estimate = o->memory_bytes;
   row->parts = f->count;
   row->reusable = is_pure(row->process) && !f->external;
+  snprintf(b->extra.base, sizeof b->extra.base, "%s", x->base);
   if (f->count > 0) { /* the frames hold the requests of the parts */
     order.body = o->fd;
     row->size = (int64_t)o->size;
@@ -304,7 +305,7 @@ void submit_free(submission **b) {
   if ((*b)->task != NULL) pool_cancel((*b)->service->pool, (*b)->task);
   jobs_forget((*b)->service->jobs, *b);
   wait_off(&(*b)->wait);
-  render_free(&(*b)->render);
+  rendering_free(&(*b)->rendering);
   free(*b);
   *b = NULL;
 }

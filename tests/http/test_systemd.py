@@ -63,19 +63,9 @@ class Systemd(unittest.TestCase):
             self.assertIn("no listening stream socket", process.stderr.read())
 
 
+@unittest.skipIf(os.geteuid() != 0, "only root can become somebody else")
 class User(daemon.Case):
     options = ["--workers", "1", "--user", "nobody"]
-
-    @classmethod
-    def setUpClass(cls):
-        if os.geteuid() != 0:
-            raise unittest.SkipTest("needs root")
-        super().setUpClass()
-
-    def setUp(self):
-        if os.geteuid() != 0:
-            self.skipTest("needs root")
-        super().setUp()
 
     def test_front_and_workers_have_left_root(self):
         nobody = str(pwd.getpwnam("nobody").pw_uid)

@@ -1,4 +1,4 @@
-#include "render.h"
+#include "rendering.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -9,7 +9,7 @@
 #include "media.h"
 #include "outcome.h"
 
-struct render {
+struct rendering {
   const service *service;
   exchange *x;
   int body;
@@ -17,7 +17,7 @@ struct render {
 };
 
 static void done(void *context, const pool_outcome *o) {
-  render *r = context;
+  rendering *r = context;
   r->task = NULL;
   exchange_add(r->x, "Vary", "Accept, Accept-Encoding");
   outcome_reply(r->x, &r->service->set->limits, o);
@@ -35,7 +35,7 @@ static bool wish(exchange *x, ipc_ask *ask) {
   return true;
 }
 
-render *render_new(const service *s, exchange *x, const job_row *row, const char *output) {
+rendering *rendering_new(const service *s, exchange *x, const job_row *row, const char *output) {
   static const pool_calls calls = {done, NULL};
   ipc_ask ask = {.work = IPC_RENDER,
                  .size = row->result_size,
@@ -46,12 +46,12 @@ render *render_new(const service *s, exchange *x, const job_row *row, const char
   snprintf(ask.output, sizeof ask.output, "%s", output);
   snprintf(ask.results_url, sizeof ask.results_url, "%s/jobs/%s/results", x->base, row->id);
   if (!wish(x, &ask)) return NULL;
-  render *r = calloc(1, sizeof *r);
+  rendering *r = calloc(1, sizeof *r);
   if (r == NULL) {
     exchange_refuse(x, 503, "out of memory");
     return NULL;
   }
-  *r = (render){.service = s, .x = x, .body = jobs_result(s->jobs, row)};
+  *r = (rendering){.service = s, .x = x, .body = jobs_result(s->jobs, row)};
   if (r->body < 0) {
     job_refuse_dismissed(x, row->id); /* its file goes first */
   } else {
@@ -59,11 +59,11 @@ render *render_new(const service *s, exchange *x, const job_row *row, const char
     if (r->task != NULL) return r;
     outcome_refuse_full(x, s->pool, s->set->queue);
   }
-  render_free(&r);
+  rendering_free(&r);
   return NULL;
 }
 
-void render_free(render **r) {
+void rendering_free(rendering **r) {
   if (*r == NULL) return;
   if ((*r)->task != NULL) pool_cancel((*r)->service->pool, (*r)->task);
   if ((*r)->body >= 0) close((*r)->body);
