@@ -3,12 +3,13 @@
 
     embed.py documents OUTPUT.c DIRECTORY [FILE...]
     embed.py study_documents OUTPUT.c FILE...
+    embed.py um_bridge_documents OUTPUT.c FILE...
     embed.py assets OUTPUT.c [DIRECTORY]
 
 The first takes every .json and .html file below DIRECTORY by its path within it, and each FILE by its name.
 Of processes.json, shortened lists processes-1.json, processes-2.json, ... are added for
-GET /processes?limit=N, so that the daemon need not take JSON apart. The second takes JSON files by
-their names without suffix. The third takes the files of the built dashboard, index.html in DIRECTORY
+GET /processes?limit=N, so that the daemon need not take JSON apart. The next two take JSON files by
+their names without suffix. The last takes the files of the built dashboard, index.html in DIRECTORY
 and all in its folder assets, each plain and under gzip; without DIRECTORY, the table is empty.
 """
 

@@ -10,6 +10,7 @@
 #include "march_matrix.h"
 #include "march_plan.h"
 #include "march_scheme.h"
+#include "march_tape.h"
 
 typedef struct {
   sct_system **system;
@@ -166,6 +167,7 @@ static sct_status step(marcher *m, double t, double dt, sct_error *err) {
   m->last = dt;
   m->report->steps++;
   m->report->step = fmax(m->report->step, dt);
+  sct_tape_record(m->options->tape, *m->system, t, dt, m->phi, m->y);
   return sct_march_growth_check(&m->growth, *m->system, m->phi, t, dt, advice(m), err);
 }
 
@@ -223,7 +225,10 @@ static sct_status settle(marcher *m, sct_march_matrix *conditions, sct_error *er
   memcpy(m->rhs, m->y, (size_t)(*m->system)->unknowns * sizeof *m->rhs);
   new_part(m, (sct_march_weights){0}, 0);
   sct_status status = sct_march_matrix_factor(conditions, *m->system, 0, &m->solve, err);
-  if (status == SCT_E_SINGULAR && !is_explicit(m)) return SCT_OK; /* solved with the others only */
+  if (status == SCT_E_SINGULAR && !is_explicit(m)) {
+    if (m->options->tape != NULL) m->options->tape->is_settled = false;
+    return SCT_OK; /* solved with the others only */
+  }
   if (status == SCT_E_SINGULAR) {
     return sct_fail(err, status, -1,
                     "the condition rows are singular among themselves, which forward Euler solves "
@@ -234,7 +239,7 @@ static sct_status settle(marcher *m, sct_march_matrix *conditions, sct_error *er
 }
 
 static sct_status settle_for_rate(marcher *m, sct_error *err) {
-  if (sct_march_weigh(m->options->method, 0).explicit == 0) return SCT_OK;
+  if (!sct_march_uses_old_rate(m->options->method)) return SCT_OK;
   if (is_explicit(m)) {
     sct_status status = settle(m, m->matrix, err);
     if (status == SCT_OK) m->factored = 0;
@@ -270,7 +275,10 @@ static sct_status begin(marcher *m, sct_error *err) {
   if (status == SCT_OK) status = sct_work_report(m->work, "march", 0, err);
   if (status != SCT_OK) return status;
   gather(m);
-  return settle_for_rate(m, err);
+  status = sct_tape_start(m->options->tape, m->options->method, *m->system, m->steps, err);
+  if (status == SCT_OK) status = settle_for_rate(m, err);
+  if (status == SCT_OK) sct_tape_record(m->options->tape, *m->system, m->t, 0, m->phi, m->y);
+  return status;
 }
 
 static void end(marcher *m) {

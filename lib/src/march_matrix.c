@@ -141,6 +141,29 @@ sct_status sct_march_matrix_solve(sct_march_matrix *m, const sct_system *system,
   return status;
 }
 
+/* With C the covered rows and E the others, M = [I 0; A_CE A_CC]: y_C = A_CC^-T rhs_C,
+ * y_E = rhs_E - A_CE^T y_C. */
+sct_status sct_march_matrix_solve_transposed(sct_march_matrix *m, const sct_system *system,
+                                             const double *rhs, double *y, sct_error *err) {
+  const sct_csr *a = system->matrix;
+  if (m->rows == system->unknowns && m->rows > 0) {
+    return sct_solver_solve(m->solver, rhs, true, y, err);
+  }
+  memcpy(y, rhs, (size_t)system->unknowns * sizeof *y);
+  if (m->rows == 0) return SCT_OK;
+  for (int64_t r = 0; r < m->rows; r++) m->rhs[r] = rhs[m->unknown[r]];
+  sct_status status = sct_solver_solve(m->solver, m->rhs, true, m->x, err);
+  if (status != SCT_OK) return status;
+  for (int64_t r = 0; r < m->rows; r++) {
+    const int32_t i = m->unknown[r];
+    y[i] = m->x[r];
+    for (int64_t k = a->start[i]; k < a->start[i + 1]; k++) {
+      if (m->row_of[a->column[k]] < 0) y[a->column[k]] -= a->value[k] * m->x[r];
+    }
+  }
+  return SCT_OK;
+}
+
 const sct_solve_report *sct_march_matrix_report(const sct_march_matrix *m) {
   return m->solver == NULL ? NULL : sct_solver_report(m->solver);
 }

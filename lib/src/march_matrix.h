@@ -27,6 +27,12 @@ SCT_NODISCARD sct_status sct_march_matrix_factor(sct_march_matrix *matrix, const
 SCT_NODISCARD sct_status sct_march_matrix_solve(sct_march_matrix *matrix, const sct_system *system,
                                                 const double *rhs, double *y, sct_error *err);
 
+/* y [unknowns] = M^-T rhs, M being all rows: those of y = rhs, too. The same statuses. */
+SCT_NODISCARD sct_status sct_march_matrix_solve_transposed(sct_march_matrix *matrix,
+                                                           const sct_system *system,
+                                                           const double *rhs, double *y,
+                                                           sct_error *err);
+
 /* NULL as long as nothing was factored. */
 const sct_solve_report *sct_march_matrix_report(const sct_march_matrix *matrix);
 int64_t sct_march_matrix_factorisations(const sct_march_matrix *matrix);

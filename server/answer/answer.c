@@ -15,6 +15,7 @@
 #include "render.h"
 #include "report.h"
 #include "scatter/solve.h"
+#include "um_bridge.h"
 
 /* Bodies in */
 
@@ -227,6 +228,10 @@ void answer_prepare(void) {
 }
 
 void answer(const ask *a, reply *r) {
+  if (um_bridge_is(a->process)) {
+    um_bridge_answer(a, r);
+    return;
+  }
   by_href references = {.calls = &a->calls};
   task t = {.limits = a->limits,
             .by_href = &references,

@@ -15,6 +15,7 @@
 #include "events.h"
 #include "listener.h"
 #include "log.h"
+#include "metrics.h"
 #include "privilege.h"
 #include "route.h"
 #include "systemd.h"
@@ -140,6 +141,7 @@ static bool start(front *f, fault *why) {
   f->service.streams = streams_new(f->loop, f->set);
   if (f->service.waits == NULL || f->service.streams == NULL)
     return fault_set(why, "out of memory");
+  metrics_begin(&f->service);
   const http_handler handler = route_handler(&f->service);
   f->http = http_new(f->loop, f->set, f->listener.fd, f->listener.host, &handler, why);
   if (f->http == NULL) return false;

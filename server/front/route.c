@@ -4,12 +4,14 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "bridge.h"
 #include "events.h"
 #include "execute.h"
 #include "field.h"
 #include "job_list.h"
 #include "job_routes.h"
 #include "media.h"
+#include "metrics.h"
 #include "negotiate.h"
 #include "page.h"
 #include "site.h"
@@ -80,17 +82,6 @@ static void get_healthz(const service *s, exchange *x) {
   exchange_text(x, 200, media_type(MEDIA_JSON), "{\"status\":\"ok\"}");
 }
 
-static void get_readyz(const service *s, exchange *x) {
-  const int up = pool_ready(s->pool);
-  char *bytes = NULL;
-  if (up > 0 && asprintf(&bytes, "{\"status\":\"ready\",\"workers\":%d}", up) > 0) {
-    exchange_bytes(x, 200, media_type(MEDIA_JSON), bytes, strlen(bytes));
-    return;
-  }
-  exchange_add(x, "Retry-After", "1");
-  exchange_refuse(x, 503, "no worker is up");
-}
-
 /* ---- The table ---- */
 
 typedef struct {
@@ -115,8 +106,17 @@ static const route table[] = {
     {"GET", "/jobs/{}/events", NULL, events_serve, events_end},
     {"GET", "/jobs/{}/results", NULL, job_results_serve, job_results_end},
     {"GET", "/jobs/{}/results/{}", NULL, job_results_serve, job_results_end},
+    {"GET", "/Info", NULL, bridge_info, NULL},
+    {"POST", "/ModelInfo", bridge_begin, bridge_serve, bridge_end},
+    {"POST", "/InputSizes", bridge_begin, bridge_serve, bridge_end},
+    {"POST", "/OutputSizes", bridge_begin, bridge_serve, bridge_end},
+    {"POST", "/Evaluate", bridge_begin, bridge_serve, bridge_end},
+    {"POST", "/Gradient", bridge_begin, bridge_serve, bridge_end},
+    {"POST", "/ApplyJacobian", bridge_begin, bridge_serve, bridge_end},
+    {"POST", "/ApplyHessian", bridge_begin, bridge_serve, bridge_end},
     {"GET", "/healthz", NULL, get_healthz, NULL},
-    {"GET", "/readyz", NULL, get_readyz, NULL},
+    {"GET", "/readyz", NULL, metrics_ready, NULL},
+    {"GET", "/metrics", NULL, metrics_serve, NULL},
 };
 
 enum { ROWS = sizeof table / sizeof *table };
@@ -228,6 +228,7 @@ static void serve(void *self, exchange *x) {
 
 static void end(void *self, exchange *x) {
   const route *r = x->route;
+  metrics_count(x, r != NULL ? r->path : "none");
   if (r != NULL && r->end != NULL) r->end(self, x);
 }
 

@@ -30,7 +30,7 @@ static double now(void) {
 static bool report(void *context, const char *phase, double fraction) {
   reporter *r = context;
   const double time = now();
-  ipc_news news = {.kind = IPC_PROGRESS, .fraction = fraction};
+  ipc_news news = {.kind = IPC_PROGRESS, .time = time, .fraction = fraction};
   snprintf(news.phase, sizeof news.phase, "%s", phase);
   const bool is_new = strcmp(news.phase, r->phase) != 0;
   if (!is_new && time - r->last < report_seconds) return true;
@@ -55,8 +55,11 @@ static int descriptor_of(const void *bytes, size_t size) {
 }
 
 static bool send_reply(const reply *r) {
-  ipc_news news = {
-      .kind = IPC_REPLY, .coding = r->coding, .points = r->points, .memory_bytes = r->memory_bytes};
+  ipc_news news = {.kind = IPC_REPLY,
+                   .time = now(),
+                   .coding = r->coding,
+                   .points = r->points,
+                   .memory_bytes = r->memory_bytes};
   int fd = -1;
   if (r->bytes != NULL) fd = descriptor_of(r->bytes, r->size);
   if (fd >= 0) {

@@ -2,6 +2,7 @@
 #ifndef SCATTER_SCATTER_H
 #define SCATTER_SCATTER_H
 
+#include "scatter/adjoint.h"  /* a march differentiated */
 #include "scatter/assemble.h" /* equation and boundary to a system */
 #include "scatter/cloud.h"    /* points */
 #include "scatter/csr.h"      /* sparse matrices */
@@ -9,6 +10,7 @@
 #include "scatter/kernel.h"   /* weights */
 #include "scatter/march.h"    /* or marched in time */
 #include "scatter/search.h"   /* neighbours */
+#include "scatter/slope.h"    /* how a system changes with its data */
 #include "scatter/solve.h"    /* the system solved */
 #include "scatter/status.h"   /* codes and errors */
 #include "scatter/stencil.h"  /* gradient and Laplacian as rows */
