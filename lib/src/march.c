@@ -266,7 +266,7 @@ static sct_status begin(marcher *m, sct_error *err) {
   m->t = m->options->start;
   m->factored = NAN;
   m->solve = m->options->solve;
-  m->solve.tolerance = fmax(m->solve.tolerance, step_tolerance);
+  m->solve.backward_error = fmax(m->solve.backward_error, step_tolerance);
   sct_status status = advance(m, m->t, err);
   if (status == SCT_OK) status = allocate(m, err);
   if (status == SCT_OK) status = sct_march_growth_new(*m->system, m->phi, &m->growth, err);

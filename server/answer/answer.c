@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "body.h"
 #include "by_href.h"
 #include "check.h"
 #include "cloud_input.h"
@@ -16,42 +17,6 @@
 #include "report.h"
 #include "scatter/solve.h"
 #include "um_bridge.h"
-
-/* Bodies in */
-
-/* Undoes the content coding; *plain is to be freed, NULL where the body is plain already. */
-static bool unpack(const ask *a, void **plain, size_t *size, reply *r) {
-  problem p;
-  size_t most = (size_t)a->limits->decoded_bytes;
-  *size = a->size;
-  if (a->content_coding == CODING_IDENTITY && a->size <= most) return true;
-  inflate_status status = inflate_bytes(a->content_coding, a->body, a->size, most, plain, size);
-  if (status == INFLATE_OK) return true;
-  int code = status == INFLATE_TOO_LARGE ? 413 : status == INFLATE_MEMORY ? 422 : 400;
-  problem_begin(&p, code, "%s body: %s; at most %lld bytes may come out",
-                coding_name(a->content_coding), inflate_text(status),
-                (long long)a->limits->decoded_bytes);
-  refuse(r, &p);
-  return false;
-}
-
-static const char *const form_names[MEDIA_COUNT] = {
-    [MEDIA_JSON] = "JSON", [MEDIA_CBOR] = "CBOR", [MEDIA_NPY] = "npy", [MEDIA_CSV] = "CSV"};
-
-static const doc *decode(const ask *a, const void *body, size_t size, task *t, reply *r) {
-  const doc_limits most = {(int)a->limits->depth, a->limits->nodes, a->limits->decoded_bytes / 2};
-  doc_error error = {0};
-  const doc *root = doc_from(a->content, body, size, &most, &t->arena, &error);
-  stopwatch_lap(&t->watch, LAP_DECODE);
-  if (root) return root;
-  problem p;
-  problem_begin(&p, error.too_large ? 413 : 400, "the body is %s %s: %s",
-                error.too_large ? "too large for the limits of" : "not valid",
-                form_names[a->content], error.text);
-  problem_add(&p, error.pointer, "%s", error.text);
-  refuse(r, &p);
-  return NULL;
-}
 
 /* Results out */
 
@@ -211,8 +176,24 @@ static void answer_request(const ask *a, task *t, reply *r) {
     refuse(r, &missing);
     return;
   }
-  if (unpack(a, &plain, &size, r)) root = decode(a, plain ? plain : a->body, size, t, r);
+  if (body_unpack(a, &plain, &size, r)) root = body_decode(a, plain ? plain : a->body, size, t, r);
   if (root) reply_to(a, p, root, t, r);
+  free(plain);
+}
+
+/* A body to be kept: anything that can be read. RUN gives it back without its content coding. */
+static void answer_data(const ask *a, task *t, reply *r) {
+  void *plain = NULL;
+  size_t size = 0;
+  if (!body_unpack(a, &plain, &size, r)) return;
+  if (body_decode(a, plain ? plain : a->body, size, t, r)) {
+    size_t kept = a->work == IPC_RUN ? size : 0;
+    r->bytes = malloc(kept + 1);
+    if (r->bytes && kept) memcpy(r->bytes, plain ? plain : a->body, kept);
+    r->size = kept;
+    r->status = 200;
+    snprintf(r->type, sizeof r->type, "%s", media_type(a->content));
+  }
   free(plain);
 }
 
@@ -241,6 +222,8 @@ void answer(const ask *a, reply *r) {
   report_begin();
   if (a->work == IPC_RENDER) {
     answer_render(a, &t, r);
+  } else if (!strcmp(a->process, ANSWER_DATA)) {
+    answer_data(a, &t, r);
   } else {
     answer_request(a, &t, r);
   }

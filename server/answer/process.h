@@ -52,6 +52,7 @@ typedef struct {
 const process *process_find(const char *id);
 const process *process_at(int k);
 
-extern const process process_solve, process_apply, process_diagnose, process_study, process_echo;
+extern const process process_solve, process_apply, process_diagnose, process_study, process_echo,
+    process_batch;
 
 #endif

@@ -73,5 +73,6 @@ bool solver_input_read(task *t, const item *it, sct_solve_options *solve) {
   good &= read_number(t, &tolerance, &tolerances, &solve->tolerance);
   good &= read_integer(t, &iterations, 1, INT32_MAX, &count);
   solve->method = names[chosen];
+  solve->max_iterations = count;
   return good;
 }

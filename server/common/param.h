@@ -31,7 +31,7 @@ typedef struct {
   double receive_seconds;
   double idle_seconds;
   double grace_seconds;
-  int64_t job_queue;     /* jobs */
+  int64_t job_queue; /* jobs */
   int64_t job_attempts;
   int64_t batch_parts;
   int64_t memory_budget; /* bytes; 0: three quarters of the machine's */

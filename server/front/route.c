@@ -13,6 +13,7 @@
 #include "media.h"
 #include "metrics.h"
 #include "negotiate.h"
+#include "page.h"
 #include "site.h"
 
 static const char html[] = "text/html; charset=utf-8";
@@ -29,7 +30,13 @@ static void get_landing(const service *s, exchange *x) {
   const char *const offers[] = {media_type(MEDIA_JSON), html};
   const int chosen = negotiate(x, offers, 2);
   if (chosen == 0) site_serve(x, "landing.json", offers[0]);
-  if (chosen == 1) site_serve(x, "landing.html", html);
+  if (chosen == 1 && page_exists()) page_serve(x);
+  if (chosen == 1 && !page_exists()) site_serve(x, "landing.html", html);
+}
+
+static void get_asset(const service *s, exchange *x) {
+  (void)s;
+  page_serve_asset(x, x->item);
 }
 
 static void get_api(const service *s, exchange *x) {
@@ -87,6 +94,7 @@ typedef struct {
 
 static const route table[] = {
     {"GET", "/", NULL, get_landing, NULL},
+    {"GET", "/assets/{}", NULL, get_asset, NULL},
     {"GET", "/api", NULL, get_api, NULL},
     {"GET", "/conformance", NULL, get_conformance, NULL},
     {"GET", "/processes", NULL, get_processes, NULL},
@@ -184,8 +192,8 @@ static void answer_options(exchange *x, const char *allow) {
   exchange_add(x, "Allow", "%s", allow);
   exchange_add(x, "Access-Control-Allow-Methods", "%s", allow);
   exchange_add(x, "Access-Control-Allow-Headers",
-               "Accept, Content-Type, Content-Encoding, Prefer, If-None-Match, "
-               "Idempotency-Key, Last-Event-ID, X-Request-Id");
+               "Accept, Authorization, Content-Type, Content-Encoding, Idempotency-Key, "
+               "If-None-Match, Last-Event-ID, Prefer, Range, X-Request-Id");
   exchange_add(x, "Access-Control-Max-Age", "86400");
   exchange_text(x, 204, "", "");
 }
