@@ -21,7 +21,7 @@ HERE = pathlib.Path(__file__).resolve().parent
 RELATION = "http://www.opengis.net/def/rel/ogc/1.0/"
 CONFORMANCE = "http://www.opengis.net/spec/ogcapi-processes-1/1.0/conf/"
 CLASSES = ["core", "json", "oas30", "ogc-process-description"]
-PROCESSES = ["solve", "apply", "diagnose", "study", "echo"]
+PROCESSES = ["solve", "apply", "diagnose", "study", "flow", "echo"]
 CASES = [
     *("laplace", "smooth", "gartland", "smith-hutton", "skew", "three-point"),
     *("sine-1d", "sine-2d", "sine-3d", "diffusion-1d", "diffusion-2d", "diffusion-3d"),

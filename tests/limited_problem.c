@@ -47,7 +47,8 @@ void limited_problem_clear(limited_problem *p) {
 
 sct_status limited_problem_solve(limited_problem *p, const sct_limited_options *options,
                                  sct_error *err) {
-  const sct_solve_options direct = {.dim = p->f.cloud.dim, .tolerance = 1e-8};
+  sct_solve_options direct = {.dim = p->f.cloud.dim, .method = "direct"};
+  sct_limited_relax(&direct);
   sct_solver *solver = NULL;
   sct_status status = sct_solver_analyse(p->system->matrix, &direct, &solver, err);
   if (status == SCT_OK) status = sct_solver_factor(solver, p->system->matrix, err);

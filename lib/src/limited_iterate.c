@@ -185,6 +185,12 @@ sct_status sct_limited_iterate(sct_limited_iteration *it, const sct_limited_equa
                   change, most, tolerance);
 }
 
+void sct_limited_relax(sct_solve_options *solve) {
+  static const double enough = 1e-8;
+  solve->backward_error = fmax(solve->backward_error, enough);
+  solve->tolerance = enough;
+}
+
 static sct_status substitute(void *solver, const double *r, double *x, sct_error *err) {
   return sct_solver_solve(solver, r, false, x, err);
 }

@@ -1,167 +1,207 @@
 #include "answer.h"
 
-#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "body.h"
+#include "by_href.h"
+#include "check.h"
 #include "cloud_input.h"
+#include "estimate.h"
 #include "expression.h"
 #include "inflate.h"
 #include "perform.h"
+#include "refusal.h"
+#include "render.h"
+#include "report.h"
 #include "scatter/solve.h"
+#include "um_bridge.h"
 
-/* Problems */
+/* Results out */
 
-static void reply_problem(reply *r, const problem *p) {
-  r->status = p->status;
-  r->coding = CODING_IDENTITY;
-  snprintf(r->type, sizeof r->type, "%s", media_type(MEDIA_PROBLEM));
-  r->bytes = problem_bytes(p, &r->size);
-}
-
-/* HTTP status of a failure, and whether the text says what a client could do. */
-static int status_of(sct_status code) {
-  static const int statuses[SCT_STATUS_COUNT] = {
-      [SCT_OK] = 500,           [SCT_E_ARGUMENT] = 400,
-      [SCT_E_MEMORY] = 422,     [SCT_E_LIMIT] = 422,
-      [SCT_E_NOT_FINITE] = 422, [SCT_E_COINCIDENT] = 400,
-      [SCT_E_DEFICIENT] = 422,  [SCT_E_SINGULAR] = 422,
-      [SCT_E_UNSTABLE] = 422,   [SCT_E_CONVERGENCE] = 422,
-      [SCT_E_CANCELLED] = 503,
-  };
-  return statuses[code];
-}
-
-/* The culprit `point`, of posted points by its own pointer. */
-static void add_point(problem *p, const cloud_input *c, int64_t point, const char *detail) {
-  char pointer[PROBLEM_POINTER], where[96];
-  const double *x = c->posted + point * c->cloud.dim;
-  int used = snprintf(where, sizeof where, "%.6g", x[0]);
-  for (int a = 1; a < c->cloud.dim; a++) {
-    used += snprintf(where + used, sizeof where - (size_t)used, ", %.6g", x[a]);
-  }
-  snprintf(pointer, sizeof pointer, "%s", c->pointer);
-  size_t end = strlen(pointer);
-  if (!c->is_lattice) snprintf(pointer + end, sizeof pointer - end, "/%lld", (long long)point);
-  problem_add(p, pointer, "point %lld at (%s): %s", (long long)point, where, detail);
-}
-
-/* All points of an error, as far as it keeps them. */
-static void add_points(problem *p, const cloud_input *c, const sct_error *error) {
-  int64_t kept = error->count < SCT_ERROR_POINTS ? error->count : SCT_ERROR_POINTS;
-  for (int64_t k = 0; k < kept; k++) {
-    bool is_subject = error->points[k] == error->point;
-    const char *detail = is_subject ? error->text : sct_status_text(error->code);
-    if (error->points[k] >= 0 && error->points[k] < c->cloud.n) {
-      add_point(p, c, error->points[k], detail);
-    }
-  }
-}
-
-static void reply_failure(reply *r, task *t) {
-  char message[SCT_ERROR_TEXT + 256];
-  problem p;
-  sct_error *error = &t->error;
-  if (t->cloud) cloud_input_translate(t->cloud, error);
-  sct_error_message(error, message, sizeof message);
-  if (error->code == SCT_E_MEMORY) {
-    problem_begin(&p, status_of(error->code), "out of memory (%s), a worker may have %lld bytes",
-                  message, (long long)t->limits->memory_bytes);
-  } else {
-    problem_begin(&p, status_of(error->code), "%s: %s", sct_status_text(error->code), message);
-  }
-  if (t->blame) problem_add(&p, t->blame, "%s", error->text);
-  if (t->cloud) add_points(&p, t->cloud, error);
-  if (p.count == 0 && p.status == 400) problem_add(&p, "/inputs", "%s", message);
-  reply_problem(r, &p);
-}
-
-/* The detail of all is that of the first, and how many more there are. */
-static void reply_complaints(reply *r, task *t) {
-  problem *all = &t->complaints;
-  const char *pointer = all->errors[0].pointer;
-  char more[32] = "";
-  problem p;
-  if (all->found > 1) snprintf(more, sizeof more, " (and %d more)", all->found - 1);
-  problem_begin(&p, 400, "%s: %s%s", *pointer ? pointer : "the body", all->errors[0].detail, more);
-  memcpy(all->detail, p.detail, sizeof p.detail);
-  all->status = p.status;
-  all->type = p.type;
-  reply_problem(r, all);
-}
-
-/* Steps */
-
-/* Undoes the content coding; *plain is to be freed, NULL where the body is plain already. */
-static bool unpack(const ask *a, void **plain, size_t *size, reply *r) {
-  problem p;
-  size_t most = (size_t)a->limits->decoded_bytes;
-  *size = a->size;
-  if (a->content_coding == CODING_IDENTITY && a->size <= most) return true;
-  inflate_status status = inflate_bytes(a->content_coding, a->body, a->size, most, plain, size);
-  if (status == INFLATE_OK) return true;
-  int code = status == INFLATE_TOO_LARGE ? 413 : status == INFLATE_MEMORY ? 422 : 400;
-  problem_begin(&p, code, "%s body: %s; at most %lld bytes may come out",
-                coding_name(a->content_coding), inflate_text(status),
-                (long long)a->limits->decoded_bytes);
-  reply_problem(r, &p);
-  return false;
-}
-
-static const doc *decode(const ask *a, const void *body, size_t size, task *t, reply *r) {
-  const doc_limits most = {(int)a->limits->depth, a->limits->nodes, a->limits->decoded_bytes / 2};
-  doc_error error = {0};
-  const doc *root = a->content == MEDIA_CBOR ? doc_from_cbor(body, size, &most, &t->arena, &error)
-                                             : doc_from_json(body, size, &most, &t->arena, &error);
-  stopwatch_lap(&t->watch, LAP_DECODE);
-  if (root) return root;
-  problem p;
-  const char *form = a->content == MEDIA_CBOR ? "CBOR" : "JSON";
-  problem_begin(&p, error.too_large ? 413 : 400, "the body is %s %s: %s",
-                error.too_large ? "too large for the limits of" : "not valid", form, error.text);
-  problem_add(&p, error.pointer, "%s", error.text);
-  reply_problem(r, &p);
-  return NULL;
-}
-
-/* The bytes of the result, compressed if that is wanted and worth it. */
-static bool pack(const ask *a, const emit *e, reply *r) {
+/* Hands malloc'ed bytes out, compressed if that is wanted and worth it. */
+static bool pack(const ask *a, task *t, void *bytes, size_t size, reply *r) {
   enum { WORTH = 1024 }; /* bytes: what fits into one packet gains nothing */
-  size_t size = 0;
-  const void *bytes = emit_bytes(e, &size);
   r->coding = size >= WORTH ? a->accept_coding : CODING_IDENTITY;
-  return deflate_bytes(r->coding, bytes, size, &r->bytes, &r->size) == INFLATE_OK;
-}
-
-static bool reply_result(const ask *a, task *t, performance *f, reply *r) {
-  emit *e = perform_run(t, f, a->accept);
-  if (!e) return false;
-  bool done = pack(a, e, r);
-  emit_free(&e);
+  if (r->coding == CODING_IDENTITY && bytes) {
+    r->bytes = bytes;
+    r->size = size;
+    return true;
+  }
+  bool done = deflate_bytes(r->coding, bytes, size, &r->bytes, &r->size) == INFLATE_OK;
+  free(bytes);
   if (!done) (void)sct_fail(&t->error, SCT_E_MEMORY, -1, "no memory for the result");
-  r->status = 200;
-  snprintf(r->type, sizeof r->type, "%s", media_type(a->accept));
   return done;
 }
 
-/* Complaints after memory ran out may be about what could not be kept. */
-static bool has_complaints(const task *t) {
-  return t->complaints.found > 0 && t->error.code != SCT_E_MEMORY;
+static bool pack_emit(const ask *a, task *t, emit *e, media form, reply *r) {
+  size_t size = 0;
+  void *bytes = e ? emit_take(e, &size) : NULL;
+  bool done = e && pack(a, t, bytes, size, r);
+  emit_free(&e);
+  r->status = 200;
+  snprintf(r->type, sizeof r->type, "%s", media_type(form));
+  return done;
 }
 
-/* Reads, runs and writes one decoded request. */
+/* Renders a stored result. False with the reply or t->error set. */
+static bool render_stored(const ask *a, task *t, const void *bytes, size_t size, reply *r) {
+  static const doc_limits most = {DOC_DEPTH_MAX, INT64_MAX / 2, INT64_MAX / 16}; /* it is ours */
+  const render_wish wish = {a->output, a->results_url, a->accept, &a->calls};
+  doc_arena *arena = NULL;
+  doc_error error = {0};
+  problem refusal = {0};
+  rendered out = {0};
+  result stored;
+  const doc *root = doc_from_cbor(bytes, size, &most, &arena, &error);
+  if (!root) (void)sct_fail(&t->error, SCT_E_ARGUMENT, -1, "a stored result: %s", error.text);
+  bool done = root && result_read(t, root, &stored) && render(t, &stored, &wish, &out, &refusal);
+  if (done) {
+    r->status = out.status;
+    r->points = stored.points;
+    memcpy(r->type, out.type, sizeof r->type);
+    done = pack(a, t, out.bytes.data, out.bytes.size, r);
+  } else {
+    free(out.bytes.data);
+  }
+  doc_arena_free(&arena);
+  if (refusal.status) refuse(r, &refusal);
+  return done;
+}
+
+/* Works: each false where something is wrong, with the reply already made or the task not well. */
+
+static bool out_of_memory(task *t) {
+  (void)sct_fail(&t->error, SCT_E_MEMORY, -1, "no memory for the reply");
+  return false;
+}
+
+/* A run that cannot fit is refused before it starts; the estimate goes into the reply. */
+static bool fits_into_memory(task *t, const performance *f, reply *r) {
+  problem p;
+  if (!task_is_well(t)) return false;
+  t->memory_estimate = r->memory_bytes = estimate_run(t, f);
+  if (r->memory_bytes <= t->limits->memory_bytes) return true;
+  problem_begin(&p, 422,
+                "the run needs about %lld bytes of memory, a worker may have %lld "
+                "(memory-bytes)",
+                (long long)r->memory_bytes, (long long)t->limits->memory_bytes);
+  problem_add(&p, "/inputs/cloud", "%lld points are too many for this process and operator",
+              (long long)(t->cloud ? t->cloud->cloud.n : 0));
+  refuse(r, &p);
+  return false;
+}
+
+/* A form that needs the whole result goes by way of a stored one. */
+static bool run_and_render(const ask *a, task *t, performance *f, reply *r) {
+  emit *e = perform_run(t, f, PERFORM_STORED);
+  size_t size = 0;
+  void *bytes = e ? emit_take(e, &size) : NULL;
+  emit_free(&e);
+  bool done = bytes && render_stored(a, t, bytes, size, r);
+  free(bytes);
+  return done;
+}
+
+static bool is_plain(const execute *x, media form) {
+  bool is_plain = !x->by_reference && (form == MEDIA_JSON || form == MEDIA_CBOR);
+  for (int k = 0; k < PROCESS_OUTPUTS_MAX; k++) {
+    media asked = x->format[k];
+    is_plain = is_plain && (asked == MEDIA_COUNT || asked == MEDIA_JSON || asked == form);
+  }
+  return is_plain;
+}
+
+static bool do_run(const ask *a, task *t, performance *f, reply *r) {
+  problem refusal;
+  if (!fits_into_memory(t, f, r)) return false;
+  execute_refuse_subscriber(t, &f->body, &f->wanted);
+  if (!a->calls.keep) execute_refuse_references(t, f->process, &f->body, &f->wanted);
+  if (!task_is_well(t)) return false;
+  media form = render_form(f->process, &f->wanted, &a->accept, &refusal);
+  if (form == MEDIA_COUNT) {
+    refuse(r, &refusal);
+    return false;
+  }
+  if (!is_plain(&f->wanted, form)) return run_and_render(a, t, f, r);
+  emit *e = perform_run(t, f, form == MEDIA_CBOR ? PERFORM_CBOR : PERFORM_JSON);
+  return pack_emit(a, t, e, form, r);
+}
+
+static bool do_run_stored(const ask *a, task *t, performance *f, reply *r) {
+  if (!fits_into_memory(t, f, r)) return false;
+  return pack_emit(a, t, perform_run(t, f, PERFORM_STORED), MEDIA_CBOR, r);
+}
+
+static bool do_check(const ask *a, task *t, performance *f, reply *r) {
+  grow_bytes frames = {0};
+  (void)a;
+  if (!fits_into_memory(t, f, r) || !task_is_well(t)) return false;
+  if (!grow_room(&frames, 1)) return out_of_memory(t); /* no frames are bytes, too */
+  bool done = check_frames(t, f, &frames);
+  if (!done) free(frames.data);
+  if (!done) return false;
+  r->status = 200;
+  r->bytes = frames.data;
+  r->size = frames.size;
+  snprintf(r->type, sizeof r->type, "%s", media_type(MEDIA_OCTETS));
+  return true;
+}
+
+static bool (*const works[])(const ask *, task *, performance *, reply *) = {
+    [IPC_RUN] = do_run,
+    [IPC_RUN_STORED] = do_run_stored,
+    [IPC_CHECK] = do_check,
+};
+
+/* Reads a decoded request and does what is to be done with it. */
 static void reply_to(const ask *a, const process *p, const doc *root, task *t, reply *r) {
   performance f;
-  perform_read(t, p, root, a->accept, &f);
-  bool done = reply_result(a, t, &f, r);
-  if (!done && has_complaints(t)) {
-    reply_complaints(r, t);
-  } else if (!done) {
-    reply_failure(r, t);
-  }
+  perform_read(t, p, root, &f);
+  if (!works[a->work](a, t, &f, r) && !r->bytes) refuse_task(r, t);
   if (t->cloud) r->points = t->cloud->cloud.n;
   perform_clear(&f);
+}
+
+static void answer_request(const ask *a, task *t, reply *r) {
+  const process *p = process_find(a->process);
+  const doc *root = NULL;
+  void *plain = NULL;
+  size_t size = 0;
+  if (!p) {
+    problem missing;
+    problem_begin_type(&missing, PROBLEM_NO_SUCH_PROCESS, 404, "there is no process \"%s\"",
+                       a->process);
+    refuse(r, &missing);
+    return;
+  }
+  if (body_unpack(a, &plain, &size, r)) root = body_decode(a, plain ? plain : a->body, size, t, r);
+  if (root) reply_to(a, p, root, t, r);
+  free(plain);
+}
+
+/* A body to be kept: anything that can be read. RUN gives it back without its content coding. */
+static void answer_data(const ask *a, task *t, reply *r) {
+  void *plain = NULL;
+  size_t size = 0;
+  if (!body_unpack(a, &plain, &size, r)) return;
+  if (body_decode(a, plain ? plain : a->body, size, t, r)) {
+    size_t kept = a->work == IPC_RUN ? size : 0;
+    r->bytes = malloc(kept + 1);
+    if (r->bytes && kept) memcpy(r->bytes, plain ? plain : a->body, kept);
+    r->size = kept;
+    r->status = 200;
+    snprintf(r->type, sizeof r->type, "%s", media_type(a->content));
+  }
+  free(plain);
+}
+
+static void answer_render(const ask *a, task *t, reply *r) {
+  t->arena = doc_arena_new();
+  if (!t->arena) (void)sct_fail(&t->error, SCT_E_MEMORY, -1, "no memory for the result");
+  bool done = t->arena && render_stored(a, t, a->body, a->size, r);
+  if (!done && !r->bytes) refuse_task(r, t);
 }
 
 void answer_prepare(void) {
@@ -169,23 +209,28 @@ void answer_prepare(void) {
 }
 
 void answer(const ask *a, reply *r) {
-  task t = {.limits = a->limits, .work = {(int)a->limits->threads, a->report, a->context}};
-  const process *p = process_find(a->process);
-  const doc *root = NULL;
-  void *plain = NULL;
-  size_t size = 0;
-  *r = (reply){.status = 500};
-  stopwatch_start(&t.watch);
-  if (!p) {
-    problem missing;
-    problem_begin_type(&missing, PROBLEM_NO_SUCH_PROCESS, 404, "there is no process \"%s\"",
-                       a->process);
-    reply_problem(r, &missing);
+  if (um_bridge_is(a->process)) {
+    um_bridge_answer(a, r);
     return;
   }
-  if (unpack(a, &plain, &size, r)) root = decode(a, plain ? plain : a->body, size, &t, r);
-  if (root) reply_to(a, p, root, &t, r);
+  by_href references = {.calls = &a->calls};
+  task t = {.limits = a->limits,
+            .by_href = &references,
+            .work = {(int)a->limits->threads, a->calls.report, a->calls.context},
+            .checkpoint = a->checkpoint,
+            .checkpoint_size = a->checkpoint_size,
+            .keep_checkpoint = a->calls.checkpoint};
+  *r = (reply){.status = 500};
+  stopwatch_start(&t.watch);
+  report_begin();
+  if (a->work == IPC_RENDER) {
+    answer_render(a, &t, r);
+  } else if (!strcmp(a->process, ANSWER_DATA)) {
+    answer_data(a, &t, r);
+  } else {
+    answer_request(a, &t, r);
+  }
   language_free(&t.language);
   doc_arena_free(&t.arena);
-  free(plain);
+  by_href_clear(&references);
 }

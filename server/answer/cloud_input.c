@@ -27,11 +27,7 @@ static bool number_points(task *t, cloud_input *c) {
 static bool read_either(task *t, const item *it, cloud_input *c) {
   static const char *const forms[] = {"points", "lattice", "spacing", "groups", "normals", NULL};
   static const char *const lattice_form[] = {"lattice", NULL};
-  item lattice = item_member(it, "lattice"), href = item_member(it, "href");
-  if (href.doc) {
-    complain(t, &href, "data by reference cannot be used here, needs points or a lattice");
-    return false;
-  }
+  item lattice = item_member(it, "lattice");
   if (lattice.doc) {
     c->is_lattice = true;
     item_pointer(&lattice, c->pointer);
@@ -42,9 +38,25 @@ static bool read_either(task *t, const item *it, cloud_input *c) {
   return false;
 }
 
+/* An array that came by reference (.npy, CSV, a result) is the points. */
+static bool read_bare(task *t, const item *it, cloud_input *c) {
+  doc points = *it->doc;
+  doc cloud = {.kind = DOC_OBJECT, .child = &points, .count = 1};
+  item whole = *it;
+  points.key = "points";
+  points.next = NULL;
+  if (points.rank == 1) { /* a column: points on a line */
+    points.rank = 2;
+    points.shape[1] = 1;
+  }
+  whole.doc = &cloud;
+  return cloud_posted_read(t, &whole, c) && number_points(t, c);
+}
+
 bool cloud_input_read(task *t, const item *it, cloud_input *c) {
   *c = (cloud_input){0};
   if (!read_required(t, it)) return false;
+  if (it->doc->by_href && it->doc->kind == DOC_NUMBERS) return read_bare(t, it, c);
   if (it->doc->kind != DOC_OBJECT) return read_object(t, it, NULL);
   return read_either(t, it, c) && number_points(t, c);
 }

@@ -153,7 +153,8 @@ static void write_peclet(emit *e, const diagnostics *d) {
   emit_end(e);
 }
 
-static void write_iteration(emit *e, const diagnostics *d) {
+/* The defect correction of upwind limited. */
+static void write_correction(emit *e, const diagnostics *d) {
   const sct_limited_report *r = &d->march.limited;
   int64_t kept = r->iterations < SCT_LIMITED_HISTORY ? r->iterations : SCT_LIMITED_HISTORY;
   member_integer(e, "iterations", r->iterations);
@@ -164,6 +165,19 @@ static void write_iteration(emit *e, const diagnostics *d) {
   member_integer(e, "iterations_total", r->total);
 }
 
+/* What an iterative method tells, or told before a direct one took over. */
+static void write_iteration(emit *e, const sct_solve_report *solve) {
+  if (!solve->krylov) return;
+  member_text(e, "krylov", solve->krylov);
+  member_text(e, "preconditioner", solve->preconditioner);
+  member_number(e, "relative_residual", solve->relative_residual);
+  member_object(e, "history");
+  member_integer(e, "every", solve->history_every);
+  member_doubles(e, "residual", solve->history, solve->history_count);
+  emit_end(e);
+  if (solve->fallback[0] != '\0') member_text(e, "fallback", solve->fallback);
+}
+
 static void write_solver(emit *e, const diagnostics *d) {
   const sct_solve_report *solve = &d->solve;
   if (!solve->method) return;
@@ -171,14 +185,17 @@ static void write_solver(emit *e, const diagnostics *d) {
   member_text(e, "method", solve->method);
   member_text(e, "ordering", solve->ordering);
   if (d->system->limited) {
-    write_iteration(e, d);
+    write_correction(e, d);
   } else {
     member_integer(e, "iterations", solve->iterations);
     member_number(e, "residual", solve->residual);
   }
-  member_number(e, "reciprocal_condition", solve->reciprocal_condition);
-  member_integer(e, "factor_nonzeros", solve->factor_nonzeros);
+  if (solve->reciprocal_condition > 0) {
+    member_number(e, "reciprocal_condition", solve->reciprocal_condition);
+  }
+  if (solve->factor_nonzeros > 0) member_integer(e, "factor_nonzeros", solve->factor_nonzeros);
   member_integer(e, "peak_bytes", solve->peak_bytes);
+  write_iteration(e, solve);
   emit_end(e);
 }
 

@@ -1,12 +1,17 @@
 #include "perform.h"
 
-void perform_read(task *t, const process *p, const doc *root, media accept, performance *f) {
+#include "by_href.h"
+#include "result.h"
+
+void perform_read(task *t, const process *p, const doc *root, performance *f) {
   *f = (performance){.process = p, .body = item_body(root)};
   f->state = task_zeros(t, 1, p->state_size);
   if (!f->state) return;
-  execute_read(t, p, &f->body, accept, &f->wanted);
-  const doc *inputs = f->wanted.inputs.doc;
-  bool is_readable = !inputs || inputs->kind == DOC_OBJECT;
+  item inputs = item_member(&f->body, "inputs");
+  /* those of a batch are its children's */
+  if (!p->children && !by_href_resolve(t, &inputs)) return;
+  execute_read(t, p, &f->body, &f->wanted);
+  bool is_readable = !inputs.doc || inputs.doc->kind == DOC_OBJECT;
   if (root->kind == DOC_OBJECT && is_readable) p->read(t, &f->wanted.inputs, f->state);
   stopwatch_lap(&t->watch, LAP_DECODE);
 }
@@ -23,21 +28,23 @@ static void write_output(emit *e, const task *t, const process_output *output, c
 
 static void write_result(emit *e, const task *t, const performance *f) {
   const execute *x = &f->wanted;
-  if (!x->is_raw) emit_object(e);
+  const bool is_bare = execute_is_bare(x);
+  if (!is_bare) emit_object(e);
   for (int k = 0; f->process->outputs[k].name; k++) {
     const process_output *output = &f->process->outputs[k];
     if (!(x->wanted & 1u << k)) continue;
-    if (x->is_raw) output->write(e, t, f->state);
-    if (!x->is_raw) write_output(e, t, output, f->state);
+    if (is_bare) output->write(e, t, f->state);
+    if (!is_bare) write_output(e, t, output, f->state);
   }
-  if (!x->is_raw) emit_end(e);
+  if (!is_bare) emit_end(e);
 }
 
-emit *perform_run(task *t, performance *f, media accept) {
+emit *perform_run(task *t, performance *f, perform_form form) {
   if (!task_is_well(t) || f->process->run(t, f->wanted.wanted, f->state)) return NULL;
   if (!task_is_well(t) || sct_work_report(&t->work, "encode", 0, &t->error)) return NULL;
-  emit *e = emit_new(accept == MEDIA_CBOR ? EMIT_CBOR : EMIT_JSON);
-  if (e) write_result(e, t, f);
+  emit *e = emit_new(form == PERFORM_JSON ? EMIT_JSON : EMIT_CBOR);
+  if (e && form == PERFORM_STORED) result_write(e, t, f);
+  if (e && form != PERFORM_STORED) write_result(e, t, f);
   if (e && emit_ok(e)) return e;
   emit_free(&e);
   (void)sct_fail(&t->error, SCT_E_MEMORY, -1, "no memory for the result");

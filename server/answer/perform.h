@@ -8,6 +8,7 @@
 #define SCATTERD_PERFORM_H
 
 #include "execute_body.h"
+#include "ipc.h"
 
 typedef struct {
   const process *process;
@@ -17,11 +18,12 @@ typedef struct {
 } performance;
 
 /* Reads and checks the whole request; what is wrong is in t->complaints or t->error. */
-void perform_read(task *t, const process *p, const doc *root, media accept, performance *f);
+void perform_read(task *t, const process *p, const doc *root, performance *f);
 
-/* Runs it and writes the result, encoded as `accept` says; the caller frees it. NULL if the task
- * was not well, or is not any more. */
-emit *perform_run(task *t, performance *f, media accept);
+/* Runs it and writes the result; the caller frees it. NULL if the task was not well, or is not any
+ * more. JSON and CBOR: the result document, or the one bare value; STORED: see result.h. */
+typedef enum { PERFORM_JSON, PERFORM_CBOR, PERFORM_STORED } perform_form;
+emit *perform_run(task *t, performance *f, perform_form form);
 
 /* Frees what the process holds; after perform_read, run or not. */
 void perform_clear(performance *f);

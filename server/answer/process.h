@@ -3,17 +3,30 @@
 #define SCATTERD_PROCESS_H
 
 #include "emit.h"
+#include "grow.h"
 #include "read.h"
 
 enum { PROCESS_OUTPUTS_MAX = 16 };
 
+/* What an output is, for the forms a result can take. */
+typedef enum {
+  OUTPUT_OTHER,
+  OUTPUT_ARRAY,       /* an array of numbers */
+  OUTPUT_COORDINATES, /* [n][dim]: where the rows of the following are */
+  OUTPUT_FIELD,       /* [n] or [n][components] */
+  OUTPUT_COUNTS,      /* [n], integers */
+  OUTPUT_TENSOR       /* [n][dim (dim + 1) / 2]: xx, xy, .. of a symmetric one */
+} output_role;
+
 /* An output, in the order of the result document. */
 typedef struct {
   const char *name;
-  const char *needs; /* one of these inputs, separated by spaces; NULL: always there */
+  const char *needs; /* one of these inputs ("case=step": with that text), separated by spaces;
+                        NULL: always there */
   bool is_object;    /* stands under "value" in a document */
   /* Writes the value: what `run` left in the state, [n] in the client's numbers. */
   void (*write)(emit *e, const task *t, const void *state);
+  output_role role;
 } process_output;
 
 /* `wanted` has bit k set where output k is selected. State lives in the arena of the task; what a
@@ -26,7 +39,13 @@ typedef struct {
   void (*read)(task *t, const item *inputs, void *state);
   /* Does the work. Not called if anything is wrong. */
   sct_status (*run)(task *t, unsigned wanted, void *state);
-  void (*clear)(void *state);                  /* after reading, run or not; may be NULL */
+  void (*clear)(void *state); /* after reading, run or not; may be NULL */
+  /* Estimated peak of `run`, (bytes) beyond the worker's own; NULL: nothing to speak of. */
+  int64_t (*memory)(const task *t, const void *state);
+  /* Of a batch: writes the frames of its children (check.h); NULL: it has none. */
+  bool (*children)(task *t, const void *state, grow_bytes *frames);
+  /* Where the fields are, also when no output says so; NULL where there are no fields. */
+  void (*coordinates)(emit *e, const task *t, const void *state);
   process_output outputs[PROCESS_OUTPUTS_MAX]; /* name NULL at the end */
 } process;
 
@@ -34,6 +53,7 @@ typedef struct {
 const process *process_find(const char *id);
 const process *process_at(int k);
 
-extern const process process_solve, process_apply, process_diagnose, process_study, process_echo;
+extern const process process_solve, process_apply, process_diagnose, process_study, process_flow,
+    process_echo, process_batch;
 
 #endif

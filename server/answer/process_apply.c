@@ -1,5 +1,6 @@
 /* process_apply.c - the operators applied to a field. */
 #include "diagnostics.h"
+#include "estimate.h"
 #include "field_input.h"
 #include "member.h"
 #include "operator_input.h"
@@ -82,6 +83,12 @@ static sct_status run_apply(task *t, unsigned wanted, void *state) {
   return t->error.code;
 }
 
+static int64_t memory_of_apply(const task *t, const void *state) {
+  const apply *s = state;
+  (void)t;
+  return estimate_points(s->cloud.cloud.dim, s->cloud.cloud.n, &s->op);
+}
+
 static void clear_apply(void *state) {
   apply *s = state;
   discretisation_clear(&s->grid);
@@ -125,6 +132,12 @@ static void write_diagnostics(emit *e, const task *t, const void *state) {
   diagnostics_write(e, &((const apply *)state)->diagnostics);
 }
 
+static void write_points(emit *e, const task *t, const void *state) {
+  const cloud_input *c = &((const apply *)state)->cloud;
+  (void)t;
+  emit_rows(e, c->posted, c->cloud.n, c->cloud.dim);
+}
+
 const process process_apply = {
     .id = "apply",
     .inputs = inputs,
@@ -132,9 +145,11 @@ const process process_apply = {
     .read = read_apply,
     .run = run_apply,
     .clear = clear_apply,
-    .outputs = {{"value", NULL, false, write_value},
-                {"gradient", NULL, false, write_gradient},
-                {"laplacian", NULL, false, write_laplacian},
+    .memory = memory_of_apply,
+    .coordinates = write_points,
+    .outputs = {{"value", NULL, false, write_value, OUTPUT_FIELD},
+                {"gradient", NULL, false, write_gradient, OUTPUT_FIELD},
+                {"laplacian", NULL, false, write_laplacian, OUTPUT_FIELD},
                 {"norms", "exact_gradient exact_laplacian", true, write_norms},
                 {"diagnostics", NULL, true, write_diagnostics},
                 {"report", NULL, true, report_write}},

@@ -1,5 +1,6 @@
 /* process_diagnose.c - what a cloud does to the operators on it. */
 #include "diagnostics.h"
+#include "estimate.h"
 #include "member.h"
 #include "operator_input.h"
 #include "process.h"
@@ -53,6 +54,12 @@ static sct_status run_diagnose(task *t, unsigned wanted, void *state) {
   return t->error.code;
 }
 
+static int64_t memory_of_diagnose(const task *t, const void *state) {
+  const diagnose *s = state;
+  (void)t;
+  return estimate_points(s->cloud.cloud.dim, s->cloud.cloud.n, &s->op);
+}
+
 static void clear_diagnose(void *state) {
   diagnose *s = state;
   discretisation_clear(&s->grid);
@@ -87,6 +94,12 @@ static void write_summary(emit *e, const task *t, const void *state) {
   diagnostics_write(e, &((const diagnose *)state)->summary);
 }
 
+static void write_points(emit *e, const task *t, const void *state) {
+  const cloud_input *c = &((const diagnose *)state)->cloud;
+  (void)t;
+  emit_rows(e, c->posted, c->cloud.n, c->cloud.dim);
+}
+
 const process process_diagnose = {
     .id = "diagnose",
     .inputs = inputs,
@@ -94,10 +107,12 @@ const process process_diagnose = {
     .read = read_diagnose,
     .run = run_diagnose,
     .clear = clear_diagnose,
-    .outputs = {{"neighbours", NULL, false, write_neighbours},
-                {"number_density", NULL, false, write_density},
-                {"artificial_velocity", NULL, false, write_velocity},
-                {"effective_diffusivity", NULL, false, write_tensor},
+    .memory = memory_of_diagnose,
+    .coordinates = write_points,
+    .outputs = {{"neighbours", NULL, false, write_neighbours, OUTPUT_COUNTS},
+                {"number_density", NULL, false, write_density, OUTPUT_FIELD},
+                {"artificial_velocity", NULL, false, write_velocity, OUTPUT_FIELD},
+                {"effective_diffusivity", NULL, false, write_tensor, OUTPUT_TENSOR},
                 {"summary", NULL, true, write_summary},
                 {"report", NULL, true, report_write}},
 };

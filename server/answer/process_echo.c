@@ -63,5 +63,5 @@ const process process_echo = {
     .run = run_echo,
     .outputs = {{"message", NULL, false, write_message},
                 {"pause", NULL, false, write_pause},
-                {"values", NULL, false, write_values}},
+                {"values", NULL, false, write_values, OUTPUT_ARRAY}},
 };

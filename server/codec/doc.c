@@ -89,6 +89,20 @@ void doc_arena_free(doc_arena **arena) {
   *arena = NULL;
 }
 
+void doc_arena_adopt(doc_arena *into, doc_arena **from) {
+  block **blocks = into->blocks != NULL ? &into->blocks->next : &into->blocks;
+  block **last = &(*from)->blocks;
+  kept **end = &(*from)->keeps;
+  while (*last != NULL) last = &(*last)->next;
+  while (*end != NULL) end = &(*end)->next;
+  *last = *blocks; /* behind the first, which has room */
+  *blocks = (*from)->blocks;
+  *end = into->keeps;
+  into->keeps = (*from)->keeps;
+  free(*from);
+  *from = NULL;
+}
+
 void doc_no_memory(doc_error *error) {
   error->too_large = true;
   error->pointer[0] = '\0';

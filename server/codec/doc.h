@@ -10,6 +10,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "media.h"
+
 typedef enum {
   DOC_NULL,
   DOC_BOOL,
@@ -36,6 +38,7 @@ struct doc {
   const double *data; /* NUMBERS, last index fastest; may be NULL if there are none */
   int rank;           /* NUMBERS */
   int64_t shape[DOC_RANK_MAX];
+  bool by_href; /* it came by reference */
 };
 
 typedef struct doc_arena doc_arena;
@@ -84,6 +87,26 @@ const doc *doc_from_json(const char *body, size_t size, const doc_limits *limits
 const doc *doc_from_cbor(const void *body, size_t size, const doc_limits *limits, doc_arena **arena,
                          doc_error *error);
 
+/* doc_from_npy: one array, a file as numpy.save writes it (numpy.lib.format, versions 1 to 3):
+ * numbers of 1 to 8 bytes and booleans, either byte order, either memory order, rank 0 (a number)
+ * to DOC_RANK_MAX; bytes neither missing nor left over. 64-bit integers beyond 2^53 become the
+ * nearest double; objects, text, complex and structured types are refused.
+ *
+ * doc_from_csv: lines of numbers between commas (RFC 4180 without quotes), all of one length; a
+ * first line that is not all numbers is a header and skipped. One column is [rows], more are
+ * [rows][columns]. nan, inf and -inf are read. About 30 ns per number.
+ *
+ * Pointers of their errors are "", or the row of a CSV. Tests: unit.doc_npy, unit.doc_csv,
+ * fault.codec, fuzz.doc_npy, fuzz.doc_csv. */
+const doc *doc_from_npy(const void *body, size_t size, const doc_limits *limits, doc_arena **arena,
+                        doc_error *error);
+const doc *doc_from_csv(const char *body, size_t size, const doc_limits *limits, doc_arena **arena,
+                        doc_error *error);
+
+/* A body of any of these media types; of another an error that says so. */
+const doc *doc_from(media form, const void *body, size_t size, const doc_limits *limits,
+                    doc_arena **arena, doc_error *error);
+
 /* Member of an object, NULL if absent or `d` is no object (or NULL). Child k of a list, NULL past
  * its end or if it is no list. Both walk: O(members), O(k). */
 const doc *doc_member(const doc *d, const char *key);
@@ -98,5 +121,8 @@ const char *doc_describe(const doc *d, char *room, size_t size);
 doc_arena *doc_arena_new(void);
 void *doc_arena_take(doc_arena *arena, size_t bytes); /* aligned to 16, not zeroed */
 void doc_arena_free(doc_arena **arena);
+
+/* Moves all memory of *from to `into`: it lives as long. *from becomes NULL. */
+void doc_arena_adopt(doc_arena *into, doc_arena **from);
 
 #endif

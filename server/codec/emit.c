@@ -30,6 +30,13 @@ const void *emit_bytes(const emit *e, size_t *size) {
   return e->bytes.data;
 }
 
+void *emit_take(emit *e, size_t *size) {
+  void *bytes = e->bytes.data;
+  *size = e->bytes.size;
+  *e = (emit){.back = e->back};
+  return bytes;
+}
+
 char *emit_room(emit *e, size_t n) {
   char *room = e->failed ? NULL : grow_room(&e->bytes, n);
   e->failed = room == NULL;

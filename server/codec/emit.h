@@ -30,6 +30,9 @@ bool emit_ok(const emit *e);
 /* The bytes so far; valid until the next call on `e`. */
 const void *emit_bytes(const emit *e, size_t *size);
 
+/* Hands them over: malloc'ed, NULL if there are none; `e` is as new. */
+void *emit_take(emit *e, size_t *size);
+
 void emit_object(emit *e);
 void emit_list(emit *e);
 void emit_end(emit *e);

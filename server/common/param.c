@@ -31,6 +31,8 @@ static const parameter table[] = {
     {"data-dir", TEXT, "DIR", AT(data_dir), "", 0, 0,
      "directory of the daemon's files; empty means $XDG_DATA_HOME/scatterd or "
      "~/.local/share/scatterd"},
+    {"user", TEXT, "NAME", AT(user), "", 0, 0,
+     "who to run as when started by root, once the socket is open; empty means no change"},
     {"public-url", URL, "URL", AT(public_url), "", 0, 0,
      "address of this service as clients see it, for links; empty means the Host of each request"},
     {"cors-origins", TEXT, "LIST", AT(cors_origins), "", 0, 0,
@@ -55,6 +57,31 @@ static const parameter table[] = {
      "rate below which a body counts as too slow"},
     {"grace-seconds", SECONDS, "s", AT(grace_seconds), "30", 0, 86400,
      "time that running requests have to end after SIGTERM"},
+    {"job-queue", COUNT, "jobs", AT(job_queue), "10000", 1, 1e7,
+     "jobs that may wait; more are answered 429"},
+    {"job-seconds", SECONDS, "s", AT(job_seconds), "86400", 0.01, 1e7,
+     "time a worker has for one job"},
+    {"job-attempts", COUNT, "", AT(job_attempts), "3", 1, 1000,
+     "times a job is started when its worker or the daemon dies; then it has failed"},
+    {"result-seconds", SECONDS, "s", AT(result_seconds), "604800", 1, 1e9,
+     "time that a job and its results stay after its end"},
+    {"reuse-results", COUNT, "", AT(reuse_results), "1", 0, 1,
+     "1: a job may be answered with the stored result of an equal request; 0: each is computed"},
+    {"batch-parts", COUNT, "requests", AT(batch_parts), "10000", 1, 1e6, "requests of one batch"},
+    {"memory-budget", BYTES, "bytes", AT(memory_budget), "0", 0, NO_END,
+     "sum of the estimated memory of running jobs; 0 means three quarters of the machine's"},
+    {"wait-seconds", SECONDS, "s", AT(wait_seconds), "60", 0, 86400,
+     "longest wait that a client gets by Prefer: wait"},
+    {"streams", COUNT, "", AT(streams), "200", 1, 1e6, "event streams at the same time"},
+    {"heartbeat-seconds", SECONDS, "s", AT(heartbeat_seconds), "15", 0.1, 86400,
+     "longest silence of an event stream"},
+    {"callback-hosts", TEXT, "LIST", AT(callback_hosts), "", 0, 0,
+     "hosts that jobs may call when they end, such as \"hooks.example other.example:8443\"; empty "
+     "means none"},
+    {"callback-key", TEXT, "TEXT", AT(callback_key), "", 0, 0,
+     "key that callbacks are signed with (HMAC-SHA-256)"},
+    {"callback-attempts", COUNT, "", AT(callback_attempts), "6", 1, 100,
+     "times a callback is tried, with growing pauses"},
     {"header-bytes", BYTES, "bytes", AT(header_bytes), "16KiB", 1024, 1 << 20,
      "request line and header fields"},
     {"body-bytes", BYTES, "bytes", AT(limits.body_bytes), "256MiB", 1, NO_END, "body, as sent"},
@@ -339,4 +366,41 @@ void param_reference(FILE *out) {
     print_range(out, row);
     fprintf(out, " %s |\n", row->help);
   }
+}
+
+/* In the man macros a line that starts with . or ' is a request, and a backslash an escape; no text
+ * of the table has either. */
+static void print_option(FILE *out, const parameter *row) {
+  fprintf(out, ".TP\n.BI \\-\\-%s \" %s\"\n%s", row->name, *row->unit != '\0' ? row->unit : "N",
+          row->help);
+  if (*row->initial != '\0') fprintf(out, " (default: %s)", row->initial);
+  fputs(".\n", out);
+}
+
+void param_manual(FILE *out) {
+  fputs(
+      ".TH SCATTERD 1\n.SH NAME\n"
+      "scatterd \\- solves partial differential equations on scattered points, over HTTP\n"
+      ".SH SYNOPSIS\n"
+      ".B scatterd\n[\\-\\-config \\fIFILE\\fR] [\\fIoptions\\fR]\n.br\n"
+      ".B scatterd run\n[\\-\\-process \\fIID\\fR] [\\-o \\fIFILE\\fR] [\\fIoptions\\fR] "
+      "\\fIREQUEST\\fR\n"
+      ".SH DESCRIPTION\n"
+      "The first form serves: OGC API \\- Processes at the address of \\-\\-listen, described by\n"
+      "the service itself under / and /api. The second answers one request from a file (.json\n"
+      "or .cbor; \\- is the standard input) without a server.\n"
+      ".SH OPTIONS\n"
+      "Each may stand in the file of \\-\\-config as a line name = value; the command line wins.\n"
+      "Sizes take KiB, MiB and GiB.\n",
+      out);
+  for (int k = 0; k < ROWS; k++) print_option(out, &table[k]);
+  fputs(
+      ".SH SIGNALS\nSIGTERM and SIGINT end the daemon after the running requests; a second one "
+      "at once.\n"
+      ".SH EXIT STATUS\n0 after serving or answering, 1 when that failed, 2 for a wrong command "
+      "line.\n"
+      ".SH FILES\n"
+      ".TP\n.I /etc/scatterd/scatterd.conf\noptions of the packaged service\n"
+      ".TP\n.I /var/lib/scatterd\nits data\n",
+      out);
 }

@@ -16,6 +16,7 @@ enum { PARAM_TEXT = 1024 };
 typedef struct {
   char listen[PARAM_TEXT];
   char data_dir[PARAM_TEXT];
+  char user[PARAM_TEXT];
   char public_url[PARAM_TEXT];
   char cors_origins[PARAM_TEXT];
   int64_t log_level; /* log_level of log.h */
@@ -30,6 +31,19 @@ typedef struct {
   double receive_seconds;
   double idle_seconds;
   double grace_seconds;
+  int64_t job_queue; /* jobs */
+  int64_t job_attempts;
+  int64_t batch_parts;
+  int64_t memory_budget; /* bytes; 0: three quarters of the machine's */
+  int64_t reuse_results; /* 0 or 1 */
+  int64_t streams;
+  double job_seconds;
+  double result_seconds;
+  double wait_seconds;
+  double heartbeat_seconds;
+  char callback_hosts[PARAM_TEXT];
+  char callback_key[PARAM_TEXT];
+  int64_t callback_attempts;
   limits limits;
 } parameters;
 
@@ -51,6 +65,9 @@ bool param_take(parameters *p, int *count, char **argv, fault *why);
 /* The option part of --help; the reference page in Markdown. */
 void param_help(FILE *out);
 void param_reference(FILE *out);
+
+/* The manual page scatterd(1), in the man macros. */
+void param_manual(FILE *out);
 
 /* The value of parameter `row` as text a configuration file could hold; NULL past the last row. */
 const char *param_name(int row);

@@ -132,12 +132,19 @@ static void set_reply(exchange *x, int status, const char *type) {
   x->reply.coding = CODING_IDENTITY;
   x->reply.bytes = "";
   x->reply.size = 0;
+  x->reply.source.read = NULL;
 }
 
 void exchange_text(exchange *x, int status, const char *type, const char *text) {
+  exchange_constant(x, status, type, CODING_IDENTITY, text, strlen(text));
+}
+
+void exchange_constant(exchange *x, int status, const char *type, coding how, const void *bytes,
+                       size_t size) {
   set_reply(x, status, type);
-  x->reply.bytes = text;
-  x->reply.size = strlen(text);
+  x->reply.coding = how;
+  x->reply.bytes = bytes;
+  x->reply.size = size;
 }
 
 void exchange_bytes(exchange *x, int status, const char *type, void *bytes, size_t size) {
@@ -151,6 +158,11 @@ void exchange_file(exchange *x, int status, const char *type, coding how, int fd
   x->reply.coding = how;
   x->reply.fd = fd;
   x->reply.size = size;
+}
+
+void exchange_stream(exchange *x, int status, const char *type, exchange_source source) {
+  set_reply(x, status, type);
+  x->reply.source = source;
 }
 
 void exchange_problem(exchange *x, const problem *p) {

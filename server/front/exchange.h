@@ -15,20 +15,29 @@
 
 enum { EXCHANGE_FIELDS = 16, EXCHANGE_BASE = 1100, EXCHANGE_ITEM = 64 };
 
+/* A reply that comes in pieces of unknown number. */
+typedef struct {
+  void *self;
+  /* Writes up to `size` bytes and says how many; 0: none are there yet, http_wake when there are;
+   * -1: that was all. */
+  ssize_t (*read)(void *self, char *room, size_t size);
+} exchange_source;
+
 /* What is sent back. Bytes are in `fd` if that is not -1, else at `bytes`. */
 typedef struct {
   int status; /* 0: there is no reply yet */
   const char *type;
-  char type_room[64]; /* where `type` may stand */
+  char type_room[128]; /* where `type` may stand */
   coding coding;
-  int fd; /* closed once sent */
+  exchange_source source; /* in place of bytes, if it has `read` */
+  int fd;                 /* closed once sent */
   const void *bytes;
   void *owned; /* freed once sent; NULL if `bytes` are borrowed for ever */
   size_t size;
   int fields;
   struct {
     const char *name;
-    char value[300];
+    char value[EXCHANGE_BASE + 200];
   } field[EXCHANGE_FIELDS];
 } exchange_reply;
 
@@ -45,8 +54,9 @@ typedef struct exchange {
   double began;       /* loop_now */
   spool body;
   exchange_reply reply;
-  const void *route;        /* of route.c */
-  char item[EXCHANGE_ITEM]; /* what {} in the route's path stands for */
+  const void *route;         /* of route.c */
+  char item[EXCHANGE_ITEM];  /* what {} in the route's path stands for */
+  char item2[EXCHANGE_ITEM]; /* and the second {} */
   /* for the log, set by handlers */
   char process[EXCHANGE_ITEM];
   pid_t worker;
@@ -74,10 +84,15 @@ bool exchange_is_host(const char *text);
 
 /* ---- The reply ---- */
 
-/* Sets the reply. _text borrows bytes for ever; _bytes and _file take them. */
+/* Sets the reply. _text and _constant borrow bytes for ever; _bytes and _file take them. */
 void exchange_text(exchange *x, int status, const char *type, const char *text);
+void exchange_constant(exchange *x, int status, const char *type, coding how, const void *bytes,
+                       size_t size);
 void exchange_bytes(exchange *x, int status, const char *type, void *bytes, size_t size);
 void exchange_file(exchange *x, int status, const char *type, coding how, int fd, size_t size);
+
+/* Bytes that come from a source, which lives until the exchange ends. */
+void exchange_stream(exchange *x, int status, const char *type, exchange_source source);
 
 /* Sets a problem as the reply, in the media type the client takes. */
 void exchange_problem(exchange *x, const problem *p);

@@ -12,9 +12,15 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "callback.h"
+#include "events.h"
 #include "listener.h"
 #include "log.h"
+#include "metrics.h"
+#include "outbound.h"
+#include "privilege.h"
 #include "route.h"
+#include "systemd.h"
 
 static const double farewell_seconds = 1; /* for the last replies to leave */
 
@@ -90,7 +96,10 @@ static void on_signal(void *self, uint32_t events) {
   log_say(LOG_INFO, "stopping", "signal %u of process %u: no new requests, %d to end",
           signal.ssi_signo, signal.ssi_pid, http_pending(f->http));
   f->stop = loop_now() + f->set->grace_seconds;
+  systemd_stopping(f->set->grace_seconds + farewell_seconds);
   http_quiesce(f->http);
+  waits_stop(f->service.waits);
+  streams_stop(f->service.streams);
 }
 
 static bool watch_signals(front *f, fault *why) {
@@ -120,11 +129,21 @@ static void stop_run(void *self) {
 static bool start(front *f, fault *why) {
   if (!find_data_dir(f->set, why) || !raise_descriptors(f->set, why)) return false;
   if (!listener_open(&f->listener, f->set->listen, why)) return false;
+  if (!privilege_drop(f->set->user, f->set->data_dir, why)) return false;
   f->loop = loop_new();
   if (f->loop == NULL) return fault_set(why, "cannot start: %s", strerror(errno));
   if (!watch_signals(f, why)) return false;
   f->service = (service){.set = f->set, .pool = pool_new(f->loop, f->set, why)};
   if (f->service.pool == NULL) return false;
+  f->service.store = store_open(f->set->data_dir, why);
+  if (f->service.store == NULL) return false;
+  f->service.jobs = jobs_new(f->loop, f->set, f->service.pool, f->service.store, why);
+  if (f->service.jobs == NULL) return false;
+  f->service.waits = waits_new(f->loop);
+  f->service.streams = streams_new(f->loop, f->set);
+  if (f->service.waits == NULL || f->service.streams == NULL)
+    return fault_set(why, "out of memory");
+  metrics_begin(&f->service);
   const http_handler handler = route_handler(&f->service);
   f->http = http_new(f->loop, f->set, f->listener.fd, f->listener.host, &handler, why);
   if (f->http == NULL) return false;
@@ -143,6 +162,13 @@ static void say_farewell(front *f) {
 
 static void end(front *f) {
   http_free(&f->http);
+  if (f->service.pool != NULL) pool_stop(f->service.pool);
+  callbacks_free(&f->service.callbacks);
+  outbound_free(&f->service.outbound);
+  jobs_free(&f->service.jobs);
+  waits_free(&f->service.waits);
+  streams_free(&f->service.streams);
+  store_close(&f->service.store);
   pool_free(&f->service.pool);
   if (f->signals >= 0) close(f->signals);
   loop_free(&f->loop);
@@ -166,6 +192,7 @@ int front_main(parameters *set) {
   const bool started = start(&f, &why);
   if (started) {
     log_start(&f);
+    systemd_ready();
     loop_run(f.loop);
     say_farewell(&f);
     log_say(LOG_INFO, "stopped", "done");

@@ -35,6 +35,7 @@ struct connection {
   bool clean;    /* nothing unread can be left of its last request */
   bool refused;  /* its request is, before all of the body was read */
   bool vanished; /* the client closed its side */
+  bool asleep;   /* REPLYING: its source has nothing to say */
   exchange *x;   /* not IDLE */
   loop_source hangup;
 };
@@ -60,6 +61,21 @@ struct http {
 const char *http_argument(const exchange *x, const char *name) {
   const connection *c = x->connection;
   return MHD_lookup_connection_value(c->mhd, MHD_GET_ARGUMENT_KIND, name);
+}
+
+void http_peer(const exchange *x, char *room, size_t size) {
+  const connection *c = x->connection;
+  const union MHD_ConnectionInfo *info =
+      MHD_get_connection_info(c->mhd, MHD_CONNECTION_INFO_CLIENT_ADDRESS);
+  snprintf(room, size, "local");
+  if (info == NULL) return;
+  const struct sockaddr *address = info->client_addr;
+  const void *number = address->sa_family == AF_INET
+                           ? (const void *)&((const struct sockaddr_in *)address)->sin_addr
+                           : (const void *)&((const struct sockaddr_in6 *)address)->sin6_addr;
+  if (address->sa_family == AF_INET || address->sa_family == AF_INET6) {
+    inet_ntop(address->sa_family, number, room, (socklen_t)size);
+  }
 }
 
 typedef struct {
@@ -129,7 +145,24 @@ static struct MHD_Response *response_of_file(exchange_reply *r) {
   return MHD_create_response_from_buffer(r->size, bytes, MHD_RESPMEM_MUST_COPY);
 }
 
-static struct MHD_Response *response_of(exchange_reply *r) {
+/* Asks the source of a reply for more; without any the connection sleeps until http_wake. */
+static ssize_t read_source(void *self, uint64_t position, char *room, size_t size) {
+  connection *c = self;
+  const exchange_source *source = &c->x->reply.source;
+  (void)position;
+  if (c->vanished) return MHD_CONTENT_READER_END_WITH_ERROR;
+  const ssize_t length = source->read(source->self, room, size);
+  if (length < 0) return MHD_CONTENT_READER_END_OF_STREAM;
+  c->asleep = length == 0;
+  if (c->asleep) MHD_suspend_connection(c->mhd);
+  return length;
+}
+
+static struct MHD_Response *response_of(connection *c) {
+  exchange_reply *r = &c->x->reply;
+  if (r->source.read != NULL) {
+    return MHD_create_response_from_callback(MHD_SIZE_UNKNOWN, 4096, read_source, c, NULL);
+  }
   if (r->fd >= 0) return response_of_file(r);
   void *bytes = (void *)r->bytes;
   const bool owned = r->owned != NULL;
@@ -140,7 +173,7 @@ static struct MHD_Response *response_of(exchange_reply *r) {
 
 static void add_fields(struct MHD_Response *response, const connection *c) {
   const exchange_reply *r = &c->x->reply;
-  if (r->status != 204) MHD_add_response_header(response, "Content-Type", r->type);
+  if (*r->type != '\0') MHD_add_response_header(response, "Content-Type", r->type);
   if (r->coding != CODING_IDENTITY) {
     MHD_add_response_header(response, "Content-Encoding", coding_name(r->coding));
   }
@@ -152,7 +185,7 @@ static void add_fields(struct MHD_Response *response, const connection *c) {
 }
 
 static enum MHD_Result send_reply(connection *c) {
-  struct MHD_Response *response = response_of(&c->x->reply);
+  struct MHD_Response *response = response_of(c);
   if (response == NULL) return MHD_NO;
   add_fields(response, c);
   c->state = REPLYING;
@@ -185,18 +218,27 @@ static void resume(connection *c) {
 }
 
 /* The client closed its side: nobody will read the reply, so the connection is resumed for
- * on_request to close it. Nothing is done outside of PENDING: bytes may still be unread. */
+ * on_request to close it; so is one that sleeps between two pieces of its reply. Nothing else is
+ * done: bytes may still be unread. */
 static void on_hangup(void *self, uint32_t events) {
   connection *c = self;
   (void)events;
   const bool waits = c->state == PENDING && c->x->reply.status == 0;
   if (waits && !c->vanished) resume(c);
   c->vanished = true;
+  if (c->asleep) http_wake(c->x);
 }
 
 static void suspend(connection *c) {
   c->state = PENDING;
   MHD_suspend_connection(c->mhd);
+}
+
+void http_wake(exchange *x) {
+  connection *c = x->connection;
+  if (!c->asleep) return;
+  c->asleep = false;
+  resume(c);
 }
 
 void http_deliver(exchange *x) {
@@ -272,16 +314,8 @@ static enum MHD_Result on_access(void *self, struct MHD_Connection *mhd, const c
 }
 
 static void log_peer(log_line *line, const connection *c) {
-  const union MHD_ConnectionInfo *info =
-      MHD_get_connection_info(c->mhd, MHD_CONNECTION_INFO_CLIENT_ADDRESS);
-  char text[INET6_ADDRSTRLEN] = "local";
-  if (info == NULL) return;
-  const struct sockaddr *address = info->client_addr;
-  if (address->sa_family == AF_INET) {
-    inet_ntop(AF_INET, &((const struct sockaddr_in *)address)->sin_addr, text, sizeof text);
-  } else if (address->sa_family == AF_INET6) {
-    inet_ntop(AF_INET6, &((const struct sockaddr_in6 *)address)->sin6_addr, text, sizeof text);
-  }
+  char text[64];
+  http_peer(c->x, text, sizeof text);
   log_text(line, "peer", text);
 }
 
@@ -320,6 +354,7 @@ static void on_completed(void *self, struct MHD_Connection *mhd, void **context,
   exchange_free(&c->x);
   *context = NULL;
   c->state = IDLE;
+  c->asleep = false;
   c->used = true;
   c->clean = code == MHD_REQUEST_TERMINATED_COMPLETED_OK && !c->refused;
   c->since = loop_now();

@@ -40,8 +40,14 @@ void http_free(http **h);
 const char *http_field(const exchange *x, const char *name, char *room, size_t size);
 const char *http_argument(const exchange *x, const char *name);
 
+/* Address of the client, "local" on a Unix socket. */
+void http_peer(const exchange *x, char *room, size_t size);
+
 /* Sends the reply of an exchange that was left for later. */
 void http_deliver(exchange *x);
+
+/* The source of a reply has more to say, or is at its end. */
+void http_wake(exchange *x);
 
 /* Takes no new connections, closes idle ones, and each other one after its reply. */
 void http_quiesce(http *h);

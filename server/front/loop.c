@@ -7,7 +7,7 @@
 #include <time.h>
 #include <unistd.h>
 
-enum { CHORES = 8, BATCH = 64 };
+enum { CHORES = 16, BATCH = 64 };
 
 struct loop {
   int epoll;

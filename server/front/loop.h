@@ -34,7 +34,7 @@ bool loop_watch(loop *l, int fd, uint32_t events, loop_source *source);
  * descriptor is closed. */
 void loop_forget(loop *l, int fd, loop_source *source);
 
-/* Adds a chore; at most 8. */
+/* Adds a chore; at most 16. */
 void loop_add(loop *l, loop_chore chore);
 
 /* Runs until loop_stop. */

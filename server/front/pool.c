@@ -3,6 +3,7 @@
 #include <errno.h>
 #include <math.h>
 #include <signal.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/epoll.h>
@@ -10,6 +11,7 @@
 #include <unistd.h>
 
 #include "child.h"
+#include "counter.h"
 #include "log.h"
 
 static const double start_seconds = 30;    /* for a worker to come up */
@@ -23,10 +25,12 @@ struct pool_task {
   pool_task *next; /* in the queue */
   ipc_ask ask;
   int body;
-  pool_done *done;
+  const pool_calls *calls;
   void *context;
-  double started; /* loop_now at which a worker got it */
+  bool is_job;
+  double submitted, started; /* loop_now; at which a worker got it */
   char phase[32];
+  double entered; /* loop_now at which the phase began */
 };
 
 typedef enum { ABSENT, STARTING, IDLE, BUSY, ENDING } state;
@@ -52,6 +56,10 @@ struct pool {
   int waiting;
   bool stopped;
   double mean; /* seconds of a request, weighted towards the recent ones */
+  int jobs;    /* workers busy with one */
+  void (*room)(void *self);
+  void *room_self;
+  pool_values values;
 };
 
 int pool_workers(int64_t parameter) {
@@ -94,15 +102,46 @@ static void queue_remove(pool *p, pool_task *t) {
   }
 }
 
-/* Ends the task of a worker. */
-static void finish(worker *w, pool_outcome *outcome) {
+/* The phase so far ends at a time, for the counters; another begins unless `phase` is "". */
+static void enter_phase(pool_task *t, const char *phase, double when) {
+  if (*t->phase != '\0') counter_add(COUNTER_PHASE_SECONDS, when - t->entered, LABELS(t->phase));
+  if (*phase != '\0') snprintf(t->phase, sizeof t->phase, "%s", phase);
+  t->entered = *phase != '\0' ? when : INFINITY; /* nothing to add after the last */
+}
+
+static void count_end(pool_task *t, const pool_outcome *outcome) {
+  static const char *const ends[] = {[POOL_REPLY] = "reply",
+                                     [POOL_MEMORY] = "memory",
+                                     [POOL_TIME] = "time",
+                                     [POOL_CRASH] = "crash",
+                                     [POOL_STOPPED] = "stopped"};
+  static const char *const works[] = {
+      [IPC_RUN] = "run", [IPC_RUN_STORED] = "job", [IPC_CHECK] = "check", [IPC_RENDER] = "render"};
+  const char *id = *t->ask.process != '\0' ? t->ask.process : "any", *work = works[t->ask.work];
+  enter_phase(t, "", loop_now());
+  counter_add(COUNTER_RUNS, 1, LABELS(id, work, ends[outcome->end]));
+  counter_observe(COUNTER_RUN_SECONDS, outcome->seconds, LABELS(id, work));
+}
+
+/* Takes the task off a worker. */
+static pool_task *release(worker *w) {
+  pool *p = w->pool;
   pool_task *t = w->task;
   w->task = NULL;
+  p->jobs -= t->is_job;
+  if (p->values.ended != NULL) p->values.ended(p->values.self, t);
+  return t;
+}
+
+/* Ends the task of a worker. */
+static void finish(worker *w, pool_outcome *outcome) {
+  pool_task *t = release(w);
   outcome->worker = w->child.pid;
   outcome->seconds = loop_now() - t->started;
+  count_end(t, outcome);
   memcpy(outcome->phase, t->phase, sizeof t->phase);
-  w->pool->mean += memory_of_mean * (outcome->seconds - w->pool->mean);
-  t->done(t->context, outcome);
+  if (!t->is_job) w->pool->mean += memory_of_mean * (outcome->seconds - w->pool->mean);
+  t->calls->done(t->context, outcome);
   free(t);
 }
 
@@ -164,6 +203,7 @@ static void start(worker *w) {
     start_later(w);
     return;
   }
+  counter_add(COUNTER_STARTS, 1, NO_LABELS);
   w->served = 0;
   w->planned = false;
   become(w, STARTING, start_seconds);
@@ -172,10 +212,12 @@ static void start(worker *w) {
 /* ---- Giving out work ---- */
 
 static bool hand_over(worker *w, pool_task *t) {
+  t->started = loop_now(); /* before, as the worker may be done when the send returns */
   if (!ipc_send(w->child.socket, &t->ask, sizeof t->ask, t->body)) return false;
-  t->started = loop_now();
+  counter_observe(COUNTER_WAIT_SECONDS, t->started - t->submitted, NO_LABELS);
   w->task = t;
-  become(w, BUSY, w->pool->set->limits.seconds);
+  w->pool->jobs += t->is_job;
+  become(w, BUSY, t->ask.limits.seconds);
   return true;
 }
 
@@ -188,6 +230,7 @@ static void dispatch(pool *p) {
     queue_push_front(p, t);
     kill_worker(w); /* it died or does not listen; its exit starts another */
   }
+  if (p->room != NULL && pool_has_room(p)) p->room(p->room_self);
 }
 
 static void become_idle(worker *w) {
@@ -214,30 +257,72 @@ static bool take_reply(worker *w, const ipc_news *news, int fd) {
                              .coding = news->coding,
                              .fd = fd,
                              .size = (size_t)news->size,
-                             .points = news->points};
+                             .points = news->points,
+                             .memory_bytes = news->memory_bytes};
     memcpy(outcome.type, news->type, sizeof outcome.type - 1);
   } else if (fd >= 0) {
     return false;
   }
   w->served++;
   w->failures = 0;
+  enter_phase(w->task, "", news->time);
   finish(w, &outcome);
   become_idle(w);
   return true;
 }
 
-static bool take(worker *w, const ipc_news *news, int fd) {
-  if (news->kind == IPC_REPLY) return take_reply(w, news, fd);
-  if (fd >= 0) return false;
-  if (news->kind == IPC_READY && w->state == STARTING) {
-    become_idle(w);
-    return true;
+static bool take_ready(worker *w, const ipc_news *news, int fd) {
+  (void)news;
+  if (fd >= 0 || w->state != STARTING) return false;
+  become_idle(w);
+  return true;
+}
+
+static bool take_progress(worker *w, const ipc_news *news, int fd) {
+  pool_task *t = w->task;
+  if (fd >= 0 || w->state != BUSY) return false;
+  enter_phase(t, news->phase, news->time);
+  if (t->calls->heard != NULL) t->calls->heard(t->context, news, -1);
+  return true;
+}
+
+static bool take_checkpoint(worker *w, const ipc_news *news, int fd) {
+  pool_task *t = w->task;
+  if (w->state != BUSY || !has_bytes(fd, news->size)) return false;
+  if (t->calls->heard != NULL) {
+    t->calls->heard(t->context, news, fd);
+  } else {
+    close(fd);
   }
-  if (news->kind == IPC_PROGRESS && w->state == BUSY) {
-    memcpy(w->task->phase, news->phase, sizeof news->phase - 1);
-    return true;
+  return true;
+}
+
+static bool take_wish(worker *w, const ipc_news *news, int fd) {
+  static const ipc_given nobody = {.status = 400, .detail = "values by reference are not served"};
+  const pool_values *v = &w->pool->values;
+  if (w->state != BUSY || (news->kind == IPC_KEEP) != (fd >= 0)) return false;
+  if (fd >= 0 && !has_bytes(fd, news->size)) return false;
+  if (v->wanted != NULL) {
+    v->wanted(v->self, w->task, news, fd);
+  } else {
+    if (fd >= 0) close(fd);
+    pool_give(w->pool, w->task, &nobody, -1);
   }
-  return false;
+  return true;
+}
+
+/* What comes is acted upon, or false: it makes no sense now. */
+static bool (*const takes[])(worker *w, const ipc_news *news, int fd) = {
+    [IPC_READY] = take_ready, [IPC_PROGRESS] = take_progress, [IPC_CHECKPOINT] = take_checkpoint,
+    [IPC_FETCH] = take_wish,  [IPC_KEEP] = take_wish,         [IPC_REPLY] = take_reply,
+};
+
+static bool take(worker *w, ipc_news *news, int fd) {
+  if ((size_t)news->kind >= sizeof takes / sizeof *takes) return false;
+  news->phase[sizeof news->phase - 1] = '\0';
+  news->href[sizeof news->href - 1] = '\0';
+  news->type[sizeof news->type - 1] = '\0';
+  return takes[news->kind](w, news, fd);
 }
 
 /* Reads all that a worker said. One that talks nonsense is killed. */
@@ -264,6 +349,7 @@ static void log_exit(const worker *w, pid_t pid, const siginfo_t *how) {
   const bool exited = how->si_code == CLD_EXITED;
   const bool clean = w->planned && (how->si_status == (exited ? 0 : SIGKILL));
   log_line line;
+  counter_add(COUNTER_EXITS, 1, LABELS(clean ? "planned" : exited ? "code" : "signal"));
   log_begin(&line, clean ? LOG_DEBUG : LOG_ERROR, "worker-exit");
   log_count(&line, "worker", pid);
   log_count(&line, exited ? "code" : "signal", how->si_status);
@@ -355,7 +441,7 @@ void pool_stop(pool *p) {
   for (int k = 0; k < p->count; k++) end_worker(&p->workers[k]);
   while (p->first != NULL) {
     pool_task *t = queue_pop(p);
-    t->done(t->context, &(pool_outcome){.end = POOL_STOPPED, .fd = -1});
+    t->calls->done(t->context, &(pool_outcome){.end = POOL_STOPPED, .fd = -1});
     free(t);
   }
 }
@@ -375,25 +461,85 @@ static bool has_idle(const pool *p) {
   return false;
 }
 
-pool_task *pool_submit(pool *p, const ipc_ask *ask, int body, pool_done *done, void *context) {
-  if (p->stopped) return NULL;
-  if (p->waiting >= p->set->queue && !(p->waiting == 0 && has_idle(p))) return NULL;
+static pool_task *task_new(const ipc_ask *ask, int body, const pool_calls *calls, void *context) {
   pool_task *t = calloc(1, sizeof *t);
   if (t == NULL) return NULL;
   t->ask = *ask;
   t->body = body;
-  t->done = done;
+  t->submitted = loop_now();
+  t->calls = calls;
   t->context = context;
+  return t;
+}
+
+pool_task *pool_submit(pool *p, const ipc_ask *ask, int body, const pool_calls *calls,
+                       void *context) {
+  if (p->stopped) return NULL;
+  if (p->waiting >= p->set->queue && !(p->waiting == 0 && has_idle(p))) return NULL;
+  pool_task *t = task_new(ask, body, calls, context);
+  if (t == NULL) return NULL;
   queue_push(p, t);
   dispatch(p);
   return t;
+}
+
+/* Workers that may run jobs at the same time: one is kept for who waits. */
+static int most_jobs(const pool *p) {
+  return p->count > 1 ? p->count - 1 : 1;
+}
+
+bool pool_has_room(const pool *p) {
+  return !p->stopped && p->first == NULL && p->jobs < most_jobs(p) && has_idle(p);
+}
+
+/* The checkpoint follows its ask at once. */
+static bool send_checkpoint(worker *w, const pool_task *t, int fd) {
+  const ipc_given given = {.status = 200, .size = t->ask.checkpoint};
+  return t->ask.checkpoint == 0 || ipc_send(w->child.socket, &given, sizeof given, fd);
+}
+
+pool_task *pool_start(pool *p, const ipc_ask *ask, int body, int checkpoint,
+                      const pool_calls *calls, void *context) {
+  if (!pool_has_room(p)) return NULL;
+  worker *w = p->workers;
+  while (w->state != IDLE) w++;
+  pool_task *t = task_new(ask, body, calls, context);
+  if (t == NULL) return NULL;
+  t->is_job = true;
+  if (hand_over(w, t) && send_checkpoint(w, t, checkpoint)) return t;
+  if (w->task != NULL) (void)release(w);
+  kill_worker(w);
+  free(t);
+  return NULL;
+}
+
+void *pool_context(const pool_task *task) {
+  return task->context;
+}
+
+void pool_on_room(pool *p, void (*room)(void *self), void *self) {
+  p->room = room;
+  p->room_self = self;
+}
+
+void pool_on_values(pool *p, const pool_values *values) {
+  p->values = *values;
+}
+
+void pool_give(pool *p, pool_task *task, const ipc_given *given, int fd) {
+  for (int k = 0; k < p->count; k++) {
+    worker *w = &p->workers[k];
+    if (w->task == task && !ipc_send(w->child.socket, given, sizeof *given, fd)) kill_worker(w);
+  }
 }
 
 void pool_cancel(pool *p, pool_task *task) {
   for (int k = 0; k < p->count; k++) {
     worker *w = &p->workers[k];
     if (w->task != task) continue;
-    w->task = NULL;
+    enter_phase(task, "", loop_now());
+    counter_add(COUNTER_CANCELLED, 1, LABELS(task->ask.process));
+    (void)release(w);
     w->planned = true;
     kill_worker(w);
     free(task);
@@ -409,6 +555,32 @@ int pool_ready(const pool *p) {
     count += p->workers[k].state == IDLE || p->workers[k].state == BUSY;
   }
   return count;
+}
+
+int pool_waiting(const pool *p) {
+  return p->waiting;
+}
+
+void pool_states(const pool *p, int count[POOL_STATES]) {
+  memset(count, 0, POOL_STATES * sizeof *count);
+  for (int k = 0; k < p->count; k++) count[p->workers[k].state]++;
+}
+
+const char *pool_state_name(int k) {
+  static const char *const names[POOL_STATES] = {[ABSENT] = "absent",
+                                                 [STARTING] = "starting",
+                                                 [IDLE] = "idle",
+                                                 [BUSY] = "busy",
+                                                 [ENDING] = "ending"};
+  return names[k];
+}
+
+int pool_count(const pool *p) {
+  return p->count;
+}
+
+pid_t pool_pid(const pool *p, int k) {
+  return p->workers[k].child.pid;
 }
 
 int pool_tasks(const pool *p) {

@@ -14,12 +14,23 @@ static double seconds_of(span s) {
   return value;
 }
 
+static int priority_of(span s) {
+  return s.length == 1 && s.at[0] >= '0' && s.at[0] <= '9' ? s.at[0] - '0' : -1;
+}
+
+static prefer_shape shape_of(span s) {
+  if (span_is(s, "minimal")) return PREFER_MINIMAL;
+  return span_is(s, "representation") ? PREFER_REPRESENTATION : PREFER_ANY;
+}
+
 prefer prefer_of(const char *text) {
-  prefer p = {.wait = -1};
+  prefer p = {.wait = -1, .priority = -1};
   field_item item;
   for (const char *rest = text != NULL ? text : ""; field_next(&rest, &item);) {
     if (span_is(item.name, "respond-async")) p.respond_async = true;
     if (span_is(item.name, "wait") && p.wait < 0) p.wait = seconds_of(item.value);
+    if (span_is(item.name, "return") && p.shape == PREFER_ANY) p.shape = shape_of(item.value);
+    if (span_is(item.name, "priority") && p.priority < 0) p.priority = priority_of(item.value);
   }
   return p;
 }

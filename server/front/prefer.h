@@ -6,13 +6,17 @@
 
 #include <stdbool.h>
 
+typedef enum { PREFER_ANY, PREFER_MINIMAL, PREFER_REPRESENTATION } prefer_shape;
+
 typedef struct {
   bool respond_async;
-  double wait; /* seconds; -1 if not given */
+  double wait;        /* seconds; -1 if not given */
+  prefer_shape shape; /* return=minimal, return=representation */
+  int priority;       /* priority=0 to 9, of our own making; -1 if not given */
 } prefer;
 
 /* Reads the field (NULL: absent). Unknown preferences and parameters are skipped, of a preference
- * given twice the first counts, a wait that is not a number is ignored. */
+ * given twice the first counts, a value that makes no sense is ignored. */
 prefer prefer_of(const char *text);
 
 #endif

@@ -4,9 +4,16 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "bridge.h"
+#include "events.h"
 #include "execute.h"
 #include "field.h"
+#include "job_list.h"
+#include "job_routes.h"
 #include "media.h"
+#include "metrics.h"
+#include "negotiate.h"
+#include "page.h"
 #include "site.h"
 
 static const char html[] = "text/html; charset=utf-8";
@@ -14,36 +21,28 @@ static const char openapi[] = "application/vnd.oai.openapi+json;version=3.0";
 
 /* ---- Small handlers ---- */
 
-/* What the client takes of `offers`; -1 after a 406. */
-static int choose(exchange *x, const char *const *offers, int count) {
-  char room[512];
-  const char *accept = http_field(x, "Accept", room, sizeof room);
-  const int chosen = media_choose(accept, offers, count);
-  exchange_add(x, "Vary", "Accept");
-  if (chosen < 0) {
-    exchange_refuse(x, 406, "Accept: got \"%.100s\", needs %s%s%s", accept, offers[0],
-                    count > 1 ? " or " : "", count > 1 ? offers[1] : "");
-  }
-  return chosen;
-}
-
 static void serve_json(exchange *x, const char *name) {
-  const char *const offers[] = {media_type(MEDIA_JSON)};
-  if (choose(x, offers, 1) == 0) site_serve(x, name, offers[0]);
+  if (negotiate_json(x)) site_serve(x, name, media_type(MEDIA_JSON));
 }
 
 static void get_landing(const service *s, exchange *x) {
   (void)s;
   const char *const offers[] = {media_type(MEDIA_JSON), html};
-  const int chosen = choose(x, offers, 2);
+  const int chosen = negotiate(x, offers, 2);
   if (chosen == 0) site_serve(x, "landing.json", offers[0]);
-  if (chosen == 1) site_serve(x, "landing.html", html);
+  if (chosen == 1 && page_exists()) page_serve(x);
+  if (chosen == 1 && !page_exists()) site_serve(x, "landing.html", html);
+}
+
+static void get_asset(const service *s, exchange *x) {
+  (void)s;
+  page_serve_asset(x, x->item);
 }
 
 static void get_api(const service *s, exchange *x) {
   (void)s;
   const char *const offers[] = {openapi, media_type(MEDIA_JSON), html};
-  const int chosen = choose(x, offers, 3);
+  const int chosen = negotiate(x, offers, 3);
   if (chosen == 0 || chosen == 1) site_serve(x, "openapi.json", offers[chosen]);
   if (chosen == 2) site_serve(x, "api.html", html);
 }
@@ -55,7 +54,6 @@ static void get_conformance(const service *s, exchange *x) {
 
 static void get_processes(const service *s, exchange *x) {
   (void)s;
-  const char *const offers[] = {media_type(MEDIA_JSON)};
   const char *text = http_argument(x, "limit");
   char *end = NULL;
   const long limit = text != NULL ? strtol(text, &end, 10) : 10000;
@@ -63,7 +61,7 @@ static void get_processes(const service *s, exchange *x) {
     exchange_refuse(x, 400, "limit: got \"%.100s\", needs an integer from 1 to 10000", text);
     return;
   }
-  if (choose(x, offers, 1) == 0) site_processes(x, limit);
+  if (negotiate_json(x)) site_processes(x, limit);
 }
 
 static void get_process(const service *s, exchange *x) {
@@ -84,22 +82,11 @@ static void get_healthz(const service *s, exchange *x) {
   exchange_text(x, 200, media_type(MEDIA_JSON), "{\"status\":\"ok\"}");
 }
 
-static void get_readyz(const service *s, exchange *x) {
-  const int up = pool_ready(s->pool);
-  char *bytes = NULL;
-  if (up > 0 && asprintf(&bytes, "{\"status\":\"ready\",\"workers\":%d}", up) > 0) {
-    exchange_bytes(x, 200, media_type(MEDIA_JSON), bytes, strlen(bytes));
-    return;
-  }
-  exchange_add(x, "Retry-After", "1");
-  exchange_refuse(x, 503, "no worker is up");
-}
-
 /* ---- The table ---- */
 
 typedef struct {
   const char *method;
-  const char *path;                             /* {} stands for one segment: exchange.item */
+  const char *path; /* {} stands for one segment: exchange.item, item2 */
   void (*begin)(const service *s, exchange *x); /* NULL: the route takes no body */
   void (*serve)(const service *s, exchange *x);
   void (*end)(const service *s, exchange *x); /* NULL: nothing to do */
@@ -107,29 +94,48 @@ typedef struct {
 
 static const route table[] = {
     {"GET", "/", NULL, get_landing, NULL},
+    {"GET", "/assets/{}", NULL, get_asset, NULL},
     {"GET", "/api", NULL, get_api, NULL},
     {"GET", "/conformance", NULL, get_conformance, NULL},
     {"GET", "/processes", NULL, get_processes, NULL},
     {"GET", "/processes/{}", NULL, get_process, NULL},
     {"POST", "/processes/{}/execution", execute_begin, execute_serve, execute_end},
+    {"GET", "/jobs", NULL, job_list_serve, NULL},
+    {"GET", "/jobs/{}", NULL, job_status_serve, job_status_end},
+    {"DELETE", "/jobs/{}", NULL, job_dismiss_serve, NULL},
+    {"GET", "/jobs/{}/events", NULL, events_serve, events_end},
+    {"GET", "/jobs/{}/results", NULL, job_results_serve, job_results_end},
+    {"GET", "/jobs/{}/results/{}", NULL, job_results_serve, job_results_end},
+    {"GET", "/Info", NULL, bridge_info, NULL},
+    {"POST", "/ModelInfo", bridge_begin, bridge_serve, bridge_end},
+    {"POST", "/InputSizes", bridge_begin, bridge_serve, bridge_end},
+    {"POST", "/OutputSizes", bridge_begin, bridge_serve, bridge_end},
+    {"POST", "/Evaluate", bridge_begin, bridge_serve, bridge_end},
+    {"POST", "/Gradient", bridge_begin, bridge_serve, bridge_end},
+    {"POST", "/ApplyJacobian", bridge_begin, bridge_serve, bridge_end},
+    {"POST", "/ApplyHessian", bridge_begin, bridge_serve, bridge_end},
     {"GET", "/healthz", NULL, get_healthz, NULL},
-    {"GET", "/readyz", NULL, get_readyz, NULL},
+    {"GET", "/readyz", NULL, metrics_ready, NULL},
+    {"GET", "/metrics", NULL, metrics_serve, NULL},
 };
 
 enum { ROWS = sizeof table / sizeof *table };
 
-/* Does `path` fit `pattern`? Then item is what {} stands for, "" without one. */
-static bool fits(const char *pattern, const char *path, char item[EXCHANGE_ITEM]) {
-  const char *hole = strstr(pattern, "{}");
-  *item = '\0';
-  if (hole == NULL) return strcmp(pattern, path) == 0;
-  const size_t before = (size_t)(hole - pattern);
-  if (strncmp(pattern, path, before) != 0) return false;
-  const size_t length = strcspn(path + before, "/");
-  if (length == 0 || length >= EXCHANGE_ITEM || strcmp(path + before + length, hole + 2) != 0)
-    return false;
-  snprintf(item, EXCHANGE_ITEM, "%.*s", (int)length, path + before);
-  return true;
+/* Does `path` fit `pattern`? Then item[k] is what the k-th {} stands for, "" without one. */
+static bool fits(const char *pattern, const char *path, char item[2][EXCHANGE_ITEM]) {
+  *item[0] = *item[1] = '\0';
+  for (int k = 0; *pattern != '\0';) {
+    if (*pattern != '{') {
+      if (*pattern++ != *path++) return false;
+      continue;
+    }
+    const size_t length = strcspn(path, "/");
+    if (length == 0 || length >= EXCHANGE_ITEM) return false;
+    snprintf(item[k++], EXCHANGE_ITEM, "%.*s", (int)length, path);
+    path += length;
+    pattern += 2;
+  }
+  return *path == '\0';
 }
 
 /* HEAD is GET without the body, which http.c leaves out. */
@@ -143,11 +149,12 @@ static bool is_method(const route *r, const char *method) {
 static const route *find(exchange *x, char allow[64]) {
   const route *found = NULL;
   size_t used = 0;
-  char item[EXCHANGE_ITEM];
+  char item[2][EXCHANGE_ITEM];
   *allow = '\0';
   for (int k = 0; k < ROWS; k++) {
     if (!fits(table[k].path, x->path, item)) continue;
-    memcpy(x->item, item, sizeof item);
+    memcpy(x->item, item[0], sizeof x->item);
+    memcpy(x->item2, item[1], sizeof x->item2);
     used += (size_t)snprintf(allow + used, 64 - used, "%s%s, ", table[k].method,
                              strcmp(table[k].method, "GET") == 0 ? ", HEAD" : "");
     if (is_method(&table[k], x->method)) found = &table[k];
@@ -177,14 +184,16 @@ static void add_cors(const service *s, exchange *x) {
   const char *origin = http_field(x, "Origin", room, sizeof room);
   if (origin == NULL || !is_listed(s->set->cors_origins, origin)) return;
   exchange_add(x, "Access-Control-Allow-Origin", "%s", origin);
-  exchange_add(x, "Access-Control-Expose-Headers", "Location, Retry-After, X-Request-Id");
+  exchange_add(x, "Access-Control-Expose-Headers",
+               "Location, Retry-After, Preference-Applied, ETag, X-Request-Id");
 }
 
 static void answer_options(exchange *x, const char *allow) {
   exchange_add(x, "Allow", "%s", allow);
   exchange_add(x, "Access-Control-Allow-Methods", "%s", allow);
   exchange_add(x, "Access-Control-Allow-Headers",
-               "Accept, Content-Type, Content-Encoding, Prefer, X-Request-Id");
+               "Accept, Authorization, Content-Type, Content-Encoding, Idempotency-Key, "
+               "If-None-Match, Last-Event-ID, Prefer, Range, X-Request-Id");
   exchange_add(x, "Access-Control-Max-Age", "86400");
   exchange_text(x, 204, "", "");
 }
@@ -196,7 +205,7 @@ static void begin(void *self, exchange *x) {
   char allow[64];
   add_cors(s, x);
   const route *r = find(x, allow);
-  if (strcmp(x->path, "*") == 0) snprintf(allow, sizeof allow, "GET, HEAD, POST, OPTIONS");
+  if (strcmp(x->path, "*") == 0) snprintf(allow, sizeof allow, "GET, HEAD, POST, DELETE, OPTIONS");
   x->route = r;
   if (*allow == '\0') {
     exchange_refuse(x, 404, "there is nothing at %.200s", x->path);
@@ -219,6 +228,7 @@ static void serve(void *self, exchange *x) {
 
 static void end(void *self, exchange *x) {
   const route *r = x->route;
+  metrics_count(x, r != NULL ? r->path : "none");
   if (r != NULL && r->end != NULL) r->end(self, x);
 }
 

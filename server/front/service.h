@@ -3,12 +3,20 @@
 #ifndef SCATTERD_SERVICE_H
 #define SCATTERD_SERVICE_H
 
+#include "job.h"
 #include "param.h"
 #include "pool.h"
+#include "wait.h"
 
-typedef struct {
+typedef struct service {
   const parameters *set;
   pool *pool;
+  store *store;
+  jobs *jobs;
+  waits *waits;
+  struct streams *streams;     /* events.h */
+  struct outbound *outbound;   /* outbound.h */
+  struct callbacks *callbacks; /* callback.h */
 } service;
 
 #endif

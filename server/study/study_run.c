@@ -112,8 +112,7 @@ bool study_run_open(task *t, const study_input *in, int64_t row, int64_t cloud, 
   if (!r->own.arena) (void)sct_fail(&t->error, SCT_E_MEMORY, -1, "no memory for a run");
   if (!r->own.arena) return false;
   stopwatch_start(&r->own.watch);
-  perform_read(&r->own, process_find(doc_member(in->root, "process")->text), r->request, MEDIA_CBOR,
-               &r->work);
+  perform_read(&r->own, process_find(doc_member(in->root, "process")->text), r->request, &r->work);
   pass_complaints(t, r);
   if (r->own.error.code) pass_error(t, r);
   return task_is_well(t);
@@ -129,7 +128,7 @@ static void book(task *t, const stopwatch *watch) {
 
 const doc *study_run_perform(task *t, study_run *r, double fraction) {
   r->fraction = fraction;
-  emit *e = perform_run(&r->own, &r->work, MEDIA_CBOR);
+  emit *e = perform_run(&r->own, &r->work, PERFORM_CBOR);
   const doc *result = NULL;
   if (e) {
     stopwatch_lap(&r->own.watch, LAP_ENCODE);

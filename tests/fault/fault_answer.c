@@ -106,7 +106,7 @@ static void test_packed(void **state) {
                           .size = packed_size,
                           .content = MEDIA_CBOR,
                           .content_coding = c,
-                          .accept = MEDIA_CBOR,
+                          .accept = media_wish(MEDIA_CBOR),
                           .accept_coding = c,
                           .limits = &most};
     exhaust(&question, false);

@@ -161,10 +161,10 @@ class Spool(daemon.Case):
             plain.sendall(HEAD + b"Content-Length: 2000\r\n\r\n" + b"x" * 1000)
 
             def in_file():
-                return any(what.startswith(self.daemon.data)
+                return any(what.startswith(self.daemon.data + "/#") or "/spool-" in what
                            for what in daemon.descriptors(self.daemon.pid).values())
             daemon.wait_until(in_file, "a body in the data directory")
-            self.assertEqual(os.listdir(self.daemon.data), [])
+            self.assertEqual(set(os.listdir(self.daemon.data)) - daemon.STORE, set())
         daemon.wait_until(lambda: not in_file(), "the body to go with its client")
 
 

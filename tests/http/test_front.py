@@ -78,7 +78,7 @@ class Documents(daemon.Case):
         self.assertEqual(self.get("/processes/%73olve").json["id"], "solve")
         self.assertEqual(self.get("/healthz?x=1").status, 200)
         for path in ["/processes/", "/processes/solve/", "/processes//execution", "//", "/healthzz",
-                     "/processes/solve/execution/x", "/processes/" + 100 * "a", "/jobs"]:
+                     "/processes/solve/execution/x", "/processes/" + 100 * "a", "/job"]:
             with self.subTest(path):
                 self.assert_problem(self.get(path), 404)
         for path in ["/processes/solve%00", "/%", "/%4", "/%zz"]:
@@ -207,10 +207,10 @@ class Execution(daemon.Case):
         self.assert_problem(self.execute("x", Accept_Encoding="identity;q=0"), 406)
 
     def test_not_acceptable(self):
-        self.assert_problem(self.execute("x", Accept="text/csv"), 406, "text/csv")
+        self.assert_problem(self.execute("x", Accept="image/png"), 406, "image/png")
 
-    def test_prefer_is_read_but_all_is_synchronous(self):
-        reply = self.execute("x", Prefer='respond-async, wait=10; foo="a,b", unknown')
+    def test_other_preferences_stay_synchronous(self):
+        reply = self.execute("x", Prefer='wait=10; foo="a,b", unknown, respond-asynchronously')
         self.assertEqual(reply.status, 200)
         self.assertIsNone(reply.headers["Preference-Applied"])
 

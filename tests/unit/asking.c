@@ -49,7 +49,7 @@ asked ask_json(const char *process, const char *body) {
                         .body = body,
                         .size = strlen(body),
                         .content = MEDIA_JSON,
-                        .accept = MEDIA_JSON,
+                        .accept = media_wish(MEDIA_JSON),
                         .limits = &most};
   return ask_all(&question);
 }

@@ -149,8 +149,14 @@ static void test_forms(void **state) {
     assert_int_equal(INFLATE_OK,
                      deflate_bytes(in_coding, body, in == MEDIA_CBOR ? size : strlen(LINEAR),
                                    &packed, &packed_size));
-    const ask question = {"solve", packed,     packed_size, in,   in_coding,
-                          out,     out_coding, &most,       NULL, NULL};
+    const ask question = {.process = "solve",
+                          .body = packed,
+                          .size = packed_size,
+                          .content = in,
+                          .content_coding = in_coding,
+                          .accept = media_wish(out),
+                          .accept_coding = out_coding,
+                          .limits = &most};
     asked a = ask_all(&question);
     assert_int_equal(200, a.raw.status);
     assert_string_equal(media_type(out), a.raw.type);
@@ -170,8 +176,11 @@ static void test_bad_bodies(void **state) {
   size_t size;
   (void)state;
   assert_int_equal(INFLATE_OK, deflate_bytes(CODING_GZIP, LINEAR, strlen(LINEAR), &packed, &size));
-  ask question = {"solve",    packed,      size - 9, MEDIA_JSON, CODING_GZIP,
-                  MEDIA_JSON, CODING_GZIP, &most,    NULL,       NULL};
+  ask question = {.process = "solve",
+                  .body = packed,
+                  .size = size - 9,
+                  .content_coding = CODING_GZIP,
+                  .limits = &most};
   asked a = ask_all(&question);
   assert_int_equal(400, a.raw.status);
   asked_clear(&a);
@@ -429,8 +438,7 @@ static void test_report(void **state) {
                   .body = LINEAR,
                   .size = strlen(LINEAR),
                   .limits = &most,
-                  .report = listen,
-                  .context = &l};
+                  .calls = {.report = listen, .context = &l}};
   asked a = ask_all(&question);
   (void)state;
   assert_int_equal(200, a.raw.status);

@@ -158,9 +158,9 @@ static int answer_changed(const seed_request *s, media form, uint64_t *r) {
                         .body = bytes,
                         .size = size,
                         .content = form,
-                        .accept = form,
+                        .accept = media_wish(form),
                         .limits = &most,
-                        .report = impatient};
+                        .calls = {.report = impatient}};
   asked a = ask_all(&question);
   int status = a.raw.status;
   bool is_fine = status == 200 || (status >= 400 && status < 500) || status == 503;

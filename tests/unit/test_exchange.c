@@ -91,7 +91,7 @@ static void test_later_reply_wins_and_frees(void **state) {
 static void test_fields(void **state) {
   (void)state;
   exchange *x = exchange_new("/");
-  char wide[400];
+  char wide[EXCHANGE_BASE + 400];
   memset(wide, 'a', sizeof wide);
   wide[sizeof wide - 1] = '\0';
   exchange_add(x, "Wide", "%s", wide);

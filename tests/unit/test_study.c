@@ -38,8 +38,7 @@ static reply ask_study(const char *body, listener *l) {
                         .body = body,
                         .size = strlen(body),
                         .limits = &most,
-                        .report = listen,
-                        .context = l};
+                        .calls = {.report = listen, .context = l}};
   reply r;
   answer(&question, &r);
   return r;

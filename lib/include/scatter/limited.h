@@ -50,9 +50,9 @@ double sct_limited_reach(const sct_system *system, int64_t row);
 enum { SCT_LIMITED_HISTORY = 512, SCT_LIMITED_ITERATIONS = 200 };
 #define SCT_LIMITED_TOLERANCE 1e-8
 
-/* Backward error that is enough of one back-substitution (sct_solve_options): the iteration refines
- * by itself. */
-#define SCT_LIMITED_SUBSTITUTION 1e-8
+/* Lowers what is asked of one back-substitution, of a direct solver or an iterative one, to 1e-8:
+ * the iteration refines by itself. */
+void sct_limited_relax(sct_solve_options *solve);
 
 typedef struct {
   double tolerance; /* of max |change| / max |phi|; 0: SCT_LIMITED_TOLERANCE; at least 1e-13 */

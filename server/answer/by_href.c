@@ -1,0 +1,185 @@
+#include "by_href.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "data_url.h"
+#include "doc_tree.h"
+#include "inflate.h"
+#include "result.h"
+
+void by_href_clear(by_href *b) {
+  doc_arena_free(&b->arena);
+}
+
+/* One value */
+
+/* Reads bytes of any of our types. NULL with a complaint at `at`. */
+static const doc *decode(task *t, const item *at, media form, const void *bytes, size_t size) {
+  const doc_limits most = {(int)t->limits->depth, t->limits->nodes, t->limits->decoded_bytes / 2};
+  doc_arena *arena = NULL;
+  doc_error error;
+  const doc *value = doc_from(form, bytes, size, &most, &arena, &error);
+  if (!value) complain(t, at, "leads to %s that cannot be read: %s", media_type(form), error.text);
+  if (value) doc_arena_adopt(t->by_href->arena, &arena);
+  doc_arena_free(&arena);
+  return value;
+}
+
+static const doc *read_data_url(task *t, const item *at) {
+  unsigned char *bytes;
+  const char *why;
+  const doc *value = NULL;
+  size_t size = 0;
+  media form;
+  if (data_url_read(at->doc->text, &form, &bytes, &size, &why)) {
+    value = decode(t, at, form, bytes, size);
+  } else if (why) {
+    complain(t, at, "is a data: URL that %s", why);
+  } else {
+    (void)sct_fail(&t->error, SCT_E_MEMORY, -1, "no memory for a data: URL");
+  }
+  free(bytes);
+  return value;
+}
+
+/* One output of a stored result. */
+static const doc *pick(task *t, const item *at, const doc *stored, const char *name) {
+  result r;
+  const bool is_read = result_read(t, stored, &r);
+  const result_output *o = is_read ? result_find(&r, name) : NULL;
+  if (!is_read) t->error = (sct_error){0}; /* it is this request's fault only that it asks */
+  if (!o) complain(t, at, "leads to results without an output \"%.60s\"", name);
+  return o ? o->value : NULL;
+}
+
+/* What was fetched, its content coding undone. */
+static const doc *read_fetched(task *t, const item *at, const ask_fetched *got) {
+  const size_t most = (size_t)t->limits->decoded_bytes;
+  void *plain = NULL;
+  size_t size = got->size;
+  if (got->coding != CODING_IDENTITY) {
+    inflate_status status = inflate_bytes(got->coding, got->bytes, got->size, most, &plain, &size);
+    if (status != INFLATE_OK) {
+      complain(t, at, "leads to a body of which %s", inflate_text(status));
+      return NULL;
+    }
+  }
+  if (size > most) {
+    complain(t, at, "leads to %zu bytes, at most %zu are allowed", size, most);
+    free(plain);
+    return NULL;
+  }
+  const doc *value = decode(t, at, got->media, plain ? plain : got->bytes, size);
+  free(plain);
+  return value && *got->output ? pick(t, at, value, got->output) : value;
+}
+
+static const doc *fetch(task *t, const item *at) {
+  const ask_calls *calls = t->by_href->calls;
+  ask_fetched got = {.status = 404};
+  const doc *value = NULL;
+  if (strlen(at->doc->text) >= IPC_URL) {
+    complain(t, at, "has %zu characters, at most %d are allowed", at->doc->length, IPC_URL - 1);
+    return NULL;
+  }
+  if (!calls->fetch) {
+    complain(t, at, "leads elsewhere, needs a data: URL: nothing is fetched here");
+    return NULL;
+  }
+  calls->fetch(calls->context, at->doc->text, &got);
+  if (got.status == 200) {
+    value = read_fetched(t, at, &got);
+  } else {
+    complain(t, at, "%s", got.detail);
+  }
+  if (calls->release) calls->release(calls->context, &got);
+  return value;
+}
+
+/* All of them */
+
+static href_entry *find(const by_href *b, const char *href) {
+  href_entry *e = b->first;
+  while (e && strcmp(e->href, href)) e = e->next;
+  return e;
+}
+
+static href_entry *add(task *t, const item *at) {
+  by_href *b = t->by_href;
+  if (!b->arena) b->arena = doc_arena_new();
+  href_entry *e = b->arena ? doc_arena_take(b->arena, sizeof *e) : NULL;
+  char *href = e ? doc_arena_copy(b->arena, at->doc->text, at->doc->length) : NULL;
+  if (!href) {
+    (void)sct_fail(&t->error, SCT_E_MEMORY, -1, "no memory for a reference");
+    return NULL;
+  }
+  *e = (href_entry){.next = b->first, .href = href};
+  b->first = e;
+  b->count++;
+  return e;
+}
+
+static const doc *value_of(task *t, const item *at) {
+  const char *text;
+  if (!read_text(t, at, &text)) return NULL;
+  href_entry *e = find(t->by_href, text);
+  if (e && !e->value) complain(t, at, "leads to nothing, as said above");
+  if (e) return e->value;
+  if (t->by_href->count == HREFS_MAX) {
+    complain(t, at, "is one of more than %d references", HREFS_MAX);
+    return NULL;
+  }
+  e = add(t, at);
+  if (!e) return NULL;
+  e->value = data_url_is(text) ? read_data_url(t, at) : fetch(t, at);
+  return e->value;
+}
+
+/* {"href": text} and nothing but what a link has beside it. */
+static bool is_link(const doc *d) {
+  static const char *const members[] = {"href", "type", "rel", "title", "hreflang", NULL};
+  const doc *href = doc_member(d, "href");
+  if (!href || href->kind != DOC_TEXT) return false;
+  for (const doc *m = d->child; m; m = m->next) {
+    int k = 0;
+    while (members[k] && strcmp(members[k], m->key)) k++;
+    if (!members[k]) return false;
+  }
+  return true;
+}
+
+/* The value goes into the node of the link, which keeps its place among its siblings. Nodes of a
+ * decoded body are its task's to change. */
+static void replace(const doc *link, const doc *value) {
+  doc *place = (doc *)link;
+  const char *key = link->key;
+  const doc *next = link->next;
+  *place = *value;
+  place->key = key;
+  place->next = next;
+  place->by_href = true;
+}
+
+/* Recursion as deep as the document. Values that came by reference are not searched again. */
+static void resolve(task *t, const item *it) {
+  if (is_link(it->doc)) {
+    const item href = item_member(it, "href");
+    const doc *value = value_of(t, &href);
+    if (value) replace(it->doc, value);
+    return;
+  }
+  bool is_container = it->doc->kind == DOC_OBJECT || it->doc->kind == DOC_LIST;
+  int64_t index = 0;
+  if (!is_container || it->doc->by_href) return;
+  for (const doc *d = it->doc->child; d && !t->error.code; d = d->next, index++) {
+    const item child = {.doc = d, .up = it, .key = d->key, .index = index};
+    resolve(t, &child);
+  }
+}
+
+bool by_href_resolve(task *t, const item *inputs) {
+  const int before = t->complaints.found;
+  if (inputs->doc && t->by_href) resolve(t, inputs);
+  return t->complaints.found == before && t->error.code == SCT_OK;
+}

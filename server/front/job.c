@@ -1,0 +1,380 @@
+#include <errno.h>
+#include <fcntl.h>
+#include <math.h>
+#include <search.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/random.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "job_inner.h"
+#include "keep.h"
+
+double unix_now(void) {
+  struct timespec t;
+  clock_gettime(CLOCK_REALTIME, &t);
+  return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+/* ---- The jobs in memory ---- */
+
+static int by_id(const void *a, const void *b) {
+  return strcmp(((const job *)a)->row.id, ((const job *)b)->row.id);
+}
+
+job *job_new(jobs *j, const job_row *row) {
+  job *c = calloc(1, sizeof *c);
+  if (c == NULL) return NULL;
+  c->row = *row;
+  c->all = j;
+  c->body = c->checkpoint = -1;
+  if (tsearch(c, &j->by_id, by_id) == NULL) {
+    free(c);
+    return NULL;
+  }
+  return c;
+}
+
+void job_free(job *c) {
+  tdelete(c, &c->all->by_id, by_id);
+  while (c->watches != NULL) job_watch_off(c->watches);
+  if (c->body >= 0) close(c->body);
+  if (c->checkpoint >= 0) close(c->checkpoint);
+  free(c->extra);
+  free(c->problem);
+  free(c->events);
+  free(c);
+}
+
+job *job_find(jobs *j, const char *id) {
+  job key;
+  snprintf(key.row.id, sizeof key.row.id, "%s", id);
+  job **found = tfind(&key, &j->by_id, by_id);
+  return found != NULL ? *found : NULL;
+}
+
+void job_file(const job_row *row, const char *kind, char name[64]) {
+  snprintf(name, 64, "%s.%s", row->id, kind);
+}
+
+job_view job_look(const job *c) {
+  job_view view = {.row = c->row, .active = (job *)c};
+  if (c->events != NULL) view.event = c->events->last;
+  if (c->row.state == JOB_RUNNING) memcpy(view.phase, c->phase, sizeof view.phase);
+  return view;
+}
+
+/* A state of the table, with what to say about it; to be saved. */
+void job_become(job *c, job_state state, const char *format, ...) {
+  va_list arguments;
+  if (!job_state_may((job_state)c->row.state, state)) abort(); /* a bug: no input leads here */
+  va_start(arguments, format);
+  vsnprintf(c->row.message, sizeof c->row.message, format, arguments);
+  va_end(arguments);
+  c->row.state = (int)state;
+  c->row.updated = unix_now();
+  if (state == JOB_RUNNING && c->row.started <= 0) c->row.started = c->row.updated;
+  if (state >= JOB_SUCCESSFUL) {
+    c->row.finished = fmax(c->row.updated, c->all->last + 1e-6);
+    c->all->last = c->row.finished;
+    if (c->row.parent == 0) c->row.expires = c->row.finished + c->all->set->result_seconds;
+  }
+  job_save(c);
+}
+
+/* ---- Watching ---- */
+
+void job_watch_on(job *which, job_watch *w) {
+  w->next = which->watches;
+  if (w->next != NULL) w->next->at = &w->next;
+  w->at = &which->watches;
+  which->watches = w;
+}
+
+void job_watch_off(job_watch *w) {
+  if (w->at == NULL) return;
+  *w->at = w->next;
+  if (w->next != NULL) w->next->at = w->at;
+  w->next = NULL;
+  w->at = NULL;
+}
+
+/* A second late, so that it is the last one whatever its last milliseconds brought. */
+int64_t job_event_last(const job_row *row) {
+  return (int64_t)(1e3 * row->updated) + 1000;
+}
+
+/* Ids are milliseconds since 1970, and one more where that is not more than the last. */
+static void add_event(job *c, job_event_kind kind) {
+  if (c->events == NULL) c->events = calloc(1, sizeof *c->events);
+  job_events *e = c->events;
+  if (e == NULL) return; /* who watches then sees states only */
+  const double now = unix_now();
+  const bool over = job_state_is_final((job_state)c->row.state);
+  const int64_t id = over ? job_event_last(&c->row) : (int64_t)(1e3 * now);
+  e->last = id > e->last ? id : e->last + 1;
+  job_event *event = &e->ring[e->count++ % JOB_EVENTS];
+  *event = (job_event){
+      .id = e->last, .kind = kind, .state = c->row.state, .progress = c->row.progress, .time = now};
+  memcpy(event->phase, c->phase, sizeof event->phase);
+}
+
+const job_event *job_event_after(const job *which, int64_t after) {
+  const job_events *e = which->events;
+  const int kept = e == NULL ? 0 : e->count < JOB_EVENTS ? e->count : JOB_EVENTS;
+  for (int k = kept; k > 0; k--) {
+    const job_event *event = &e->ring[(e->count - k) % JOB_EVENTS];
+    if (event->id > after) return event;
+  }
+  return NULL;
+}
+
+bool job_events_dropped(const job *which) {
+  return which->events != NULL && which->events->count > JOB_EVENTS;
+}
+
+void job_tell(job *c, job_event_kind kind) {
+  if (c->row.state == JOB_RUNNING || c->watches != NULL) add_event(c, kind);
+  job_view view = job_look(c);
+  const bool over = job_state_is_final((job_state)c->row.state);
+  if (over) view.active = NULL;
+  for (job_watch *w = c->watches, *next; w != NULL; w = next) {
+    next = w->next;
+    if (over) job_watch_off(w);
+    w->changed(w->self, &view);
+  }
+}
+
+/* ---- Looking ---- */
+
+job_view jobs_view(jobs *j, const job_row *row) {
+  const job *c = job_find(j, row->id);
+  job_view view = {.row = *row};
+  if (c != NULL) view = job_look(c);
+  if (job_state_is_final((job_state)view.row.state)) view.active = NULL;
+  return view;
+}
+
+store_result jobs_find(jobs *j, const char *id, job_view *view) {
+  jobs_flush(j);
+  const job *c = job_find(j, id);
+  if (c != NULL && c->row.number > 0) {
+    *view = jobs_view(j, &c->row);
+    return STORE_OK;
+  }
+  *view = (job_view){0};
+  return store_job(j->store, id, &view->row);
+}
+
+typedef struct {
+  jobs *jobs;
+  store_visit *visit;
+  void *context;
+} refresh;
+
+static bool visit_fresh(void *context, const job_row *row) {
+  const refresh *r = context;
+  const job *c = job_find(r->jobs, row->id);
+  return r->visit(r->context, c != NULL ? &c->row : row);
+}
+
+store_result jobs_list(jobs *j, const store_filter *f, store_visit *visit, void *context) {
+  refresh r = {j, visit, context};
+  jobs_flush(j);
+  return store_list(j->store, f, visit_fresh, &r);
+}
+
+store *jobs_store(jobs *j) {
+  jobs_flush(j);
+  return j->store;
+}
+
+int jobs_result(jobs *j, const job_row *row) {
+  char name[64];
+  job_file(row, "result", name);
+  return keep_open(store_files(j->store), name);
+}
+
+int64_t jobs_room(const jobs *j) {
+  return j->set->job_queue - (int64_t)job_queue_length(j->queue);
+}
+
+int jobs_retry_after(const jobs *j) {
+  return (int)ceil(fmin(300, fmax(1, j->mean)));
+}
+
+int64_t jobs_most_memory(const jobs *j) {
+  const int64_t worker = j->set->limits.memory_bytes;
+  return worker < j->budget ? worker : j->budget;
+}
+
+job_counts jobs_counts(const jobs *j) {
+  job_counts counts = j->counts;
+  counts.waiting = (int64_t)job_queue_length(j->queue);
+  return counts;
+}
+
+void jobs_on_change(jobs *j, void (*changed)(void *self), void *self) {
+  j->told = changed;
+  j->told_self = self;
+}
+
+/* ---- Accepting ---- */
+
+static bool make_id(char id[JOB_ID]) {
+  uint8_t bytes[(JOB_ID - 1) / 2];
+  if (getrandom(bytes, sizeof bytes, 0) != (ssize_t)sizeof bytes) return false;
+  for (size_t k = 0; k < sizeof bytes; k++) snprintf(id + 2 * k, 3, "%02x", bytes[k]);
+  return true;
+}
+
+static store_result result_of_errno(void) {
+  return errno == ENOSPC || errno == EDQUOT ? STORE_FULL : STORE_FAILED;
+}
+
+/* A new job as the order has it. */
+static job *job_of_order(jobs *j, const job_order *o) {
+  job_row row = o->row;
+  if (!make_id(row.id)) return NULL;
+  row.state = JOB_ACCEPTED;
+  row.created = row.updated = unix_now();
+  snprintf(row.message, sizeof row.message, "waits for a worker");
+  for (int k = 0; k < 3; k++) row.subscribed |= *o->extra->uri[k] != '\0';
+  job *c = job_new(j, &row);
+  if (c == NULL) return NULL;
+  c->stored = o->stored;
+  c->stored_self = o->self;
+  c->extra = malloc(sizeof *c->extra);
+  if (c->extra != NULL) {
+    *c->extra = *o->extra;
+    return c;
+  }
+  job_free(c);
+  return NULL;
+}
+
+static job *part_of(job *batch, const job_part *p, int place) {
+  job_row row = batch->row;
+  if (!make_id(row.id)) return NULL;
+  memcpy(row.process, p->process, sizeof row.process);
+  row.content = MEDIA_CBOR;
+  row.content_coding = CODING_IDENTITY;
+  row.offset = p->offset;
+  row.size = p->size;
+  row.points = p->points;
+  row.estimate = p->estimate;
+  row.part = place;
+  row.parts = row.reusable = row.subscribed = 0;
+  job *c = job_new(batch->all, &row);
+  if (c != NULL) c->batch = batch;
+  return c;
+}
+
+static void free_with_parts(job *c) {
+  while (c->parts != NULL) {
+    job *part = c->parts;
+    c->parts = part->sibling;
+    job_free(part);
+  }
+  job_free(c);
+}
+
+static bool add_parts(job *c, const job_part *parts) {
+  job **end = &c->parts;
+  for (int k = 0; k < c->row.parts; k++) {
+    *end = part_of(c, &parts[k], k);
+    if (*end == NULL) return false;
+    end = &(*end)->sibling;
+  }
+  return true;
+}
+
+store_result jobs_add(jobs *j, const job_order *order) {
+  char name[64];
+  job *c = job_of_order(j, order);
+  if (c == NULL) return STORE_FAILED;
+  job_file(&c->row, "request", name);
+  store_result result = STORE_FAILED;
+  if (!add_parts(c, order->parts)) goto failed;
+  if (!keep_file(store_files(j->store), name, order->body, (size_t)c->row.size)) {
+    result = result_of_errno();
+    goto failed;
+  }
+  job_save(c);
+  return STORE_OK;
+failed:
+  free_with_parts(c);
+  return result;
+}
+
+store_result jobs_add_answered(jobs *j, const job_order *order, const job_row *other) {
+  char from[64], to[64];
+  job *c = job_of_order(j, order);
+  if (c == NULL) return STORE_FAILED;
+  job_file(other, "result", from);
+  job_file(&c->row, "result", to);
+  if (!keep_link(store_files(j->store), from, to)) {
+    const store_result result = result_of_errno();
+    job_free(c);
+    return result;
+  }
+  c->row.result_size = other->result_size;
+  c->row.result_coding = other->result_coding;
+  c->row.started = c->row.created;
+  c->row.progress = 100;
+  job_become(c, JOB_SUCCESSFUL, "answered with the result of job %s, an equal request", other->id);
+  return STORE_OK;
+}
+
+void jobs_forget(jobs *j, void *self) {
+  for (job *c = j->changed; c != NULL; c = c->next_changed) {
+    if (c->stored_self == self) c->stored = NULL;
+  }
+}
+
+/* ---- Dismissing ---- */
+
+static bool dismiss_part(void *context, const job_row *row) {
+  job *part = job_find(context, row->id);
+  if (part == NULL || job_state_is_final((job_state)part->row.state)) return true;
+  job_stop(part);
+  part->batch = NULL; /* which may be gone first */
+  job_become(part, JOB_DISMISSED, "dismissed with its batch");
+  return true;
+}
+
+/* One that is over: only its row is left to change, and its files. */
+static store_result dismiss_stored(jobs *j, const job_row *row, job_view *view) {
+  view->row = *row;
+  view->row.state = JOB_DISMISSED;
+  view->row.updated = unix_now();
+  snprintf(view->row.message, sizeof view->row.message, "dismissed");
+  store_result result = store_update(j->store, &view->row, NULL, 0);
+  job_drop_files(j, row, true);
+  if (result == STORE_FULL) result = store_update(j->store, &view->row, NULL, 0); /* now there is */
+  if (result == STORE_OK) (void)store_log(j->store, row->number, view->row.updated, "dismissed");
+  return result;
+}
+
+store_result jobs_dismiss(jobs *j, const job_row *row, job_view *view) {
+  job *c = job_find(j, row->id);
+  *view = (job_view){0};
+  if (c == NULL) return dismiss_stored(j, row, view);
+  if (c->row.parts > 0) {
+    store_filter parts = {.states = ~0u,
+                          .created_most = INFINITY,
+                          .has_parent = true,
+                          .parent = c->row.number,
+                          .limit = -1};
+    (void)store_list(j->store, &parts, dismiss_part, j);
+  }
+  job_stop(c);
+  job_become(c, JOB_DISMISSED, "dismissed");
+  *view = job_look(c);
+  view->active = NULL;
+  jobs_flush(j); /* c may be gone after this */
+  return j->retry > 0 ? STORE_FULL : STORE_OK;
+}

@@ -1,0 +1,88 @@
+/* job_inner.h - what job.c, job_save.c, job_run.c and job_recover.c share: the jobs in memory.
+ */
+#ifndef SCATTERD_JOB_INNER_H
+#define SCATTERD_JOB_INNER_H
+
+#include "job.h"
+#include "job_queue.h"
+
+typedef struct {
+  int64_t last; /* id */
+  int count;    /* events told; the newest JOB_EVENTS of them are kept */
+  job_event ring[JOB_EVENTS];
+} job_events;
+
+struct job {
+  job_row row;
+  jobs *all;
+  queue_node node;      /* while it waits */
+  pool_task *task;      /* while it runs */
+  int body, checkpoint; /* descriptors while it runs */
+  double fraction;      /* of the work, never falls within a run */
+  char phase[32];
+  /* batch */
+  job *batch;           /* the job it is part of */
+  job *parts, *sibling; /* its parts before they are stored */
+  int ended, failed;    /* of its parts */
+  double sum;           /* of the fractions of its parts */
+  /* to be stored */
+  bool changed;
+  job *next_changed;
+  job_extra *extra; /* of a new one */
+  char *problem;    /* of a failed one */
+  size_t problem_size;
+  void (*stored)(void *self, const job_row *row, store_result result);
+  void *stored_self;
+  /* watched */
+  job_watch *watches;
+  job_events *events;
+};
+
+struct jobs {
+  loop *loop;
+  const parameters *set;
+  pool *pool;
+  store *store;
+  void *by_id; /* tsearch */
+  job_queue *queue;
+  job *changed, **last_changed;
+  double retry;  /* when to try again to store what could not be */
+  double expiry; /* when the next result expires, by unix_now */
+  int64_t budget;
+  double last; /* newest `finished`: no two are equal */
+  double mean; /* seconds of a run, weighted towards the recent ones */
+  bool stopped;
+  job_counts counts;
+  void (*told)(void *self);
+  void *told_self;
+};
+
+/* job.c */
+job *job_new(jobs *j, const job_row *row); /* registered; NULL when out of memory */
+void job_free(job *c);
+job *job_find(jobs *j, const char *id);
+void job_become(job *c, job_state state, const char *format, ...)
+    __attribute__((format(printf, 3, 4)));
+void job_tell(job *c, job_event_kind kind); /* an event, and everybody who watches */
+job_view job_look(const job *c);
+void job_file(const job_row *row, const char *kind, char name[64]); /* "ID.result" */
+
+/* job_save.c: stores what changed */
+void job_save(job *c); /* at the end of this round */
+void jobs_flush(jobs *j);
+
+/* job_run.c */
+void jobs_schedule(void *jobs); /* starts what may start */
+void job_fail(job *c, int status, const char *format, ...) __attribute__((format(printf, 3, 4)));
+void job_advance(job *c, double fraction);
+void job_part_ended(job *part); /* its batch is told; once it is stored */
+void job_end_batch(job *batch); /* all its parts have ended */
+bool job_enqueue(job *c, bool first);
+void job_stop(job *c); /* off the queue or off its worker */
+void job_drop_files(jobs *j, const job_row *row, bool result);
+
+/* job_recover.c */
+bool jobs_recover(jobs *j, fault *why);
+void jobs_expire(jobs *j);
+
+#endif

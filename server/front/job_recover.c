@@ -1,0 +1,180 @@
+/* What the last daemon left, and what is too old. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "job_inner.h"
+#include "keep.h"
+#include "log.h"
+
+/* ---- Starting ---- */
+
+typedef struct {
+  jobs *jobs;
+  job *batch; /* the newest: its parts follow it */
+  int count;
+} recovery;
+
+static bool find_batch(recovery *r, job *c) {
+  if (c->row.parent == 0) return true;
+  if (r->batch != NULL && r->batch->row.number == c->row.parent) {
+    c->batch = r->batch;
+    return true;
+  }
+  return false; /* its batch is over, so it is not wanted */
+}
+
+/* Parts that are over are no longer in memory. */
+static void count_parts(job *c) {
+  int64_t count[JOB_STATES];
+  if (store_part_states(c->all->store, c->row.number, count) != STORE_OK) return;
+  c->failed = (int)(count[JOB_FAILED] + count[JOB_DISMISSED]);
+  c->ended = c->failed + (int)count[JOB_SUCCESSFUL];
+  c->sum = c->ended;
+  if (c->ended == c->row.parts) job_end_batch(c); /* the last daemon ended just before this */
+}
+
+static void wait_again(job *c) {
+  const jobs *j = c->all;
+  if (c->row.state == JOB_RUNNING && c->row.attempts >= j->set->job_attempts) {
+    job_fail(c, 500, "the service ended in each of %d attempts (limit: job-attempts)",
+             c->row.attempts);
+    return;
+  }
+  c->row.progress = 0;
+  if (c->row.state == JOB_RUNNING) {
+    job_become(c, JOB_ACCEPTED, "waits again: the service ended in attempt %d", c->row.attempts);
+  }
+  (void)job_enqueue(c, false);
+}
+
+static bool take_up(void *context, const job_row *row) {
+  recovery *r = context;
+  job *c = job_new(r->jobs, row);
+  if (c == NULL) return false;
+  r->count++;
+  if (c->row.parts > 0) {
+    r->batch = c;
+    count_parts(c);
+  } else if (find_batch(r, c)) {
+    wait_again(c);
+  } else {
+    job_become(c, JOB_DISMISSED, "its batch is over");
+  }
+  return true;
+}
+
+/* Is a file in use? Its name is ID.kind. */
+static bool wanted(void *context, const char *name) {
+  jobs *j = context;
+  char id[JOB_ID];
+  job_row row;
+  const size_t length = strcspn(name, ".");
+  if (length != JOB_ID - 1) return false;
+  snprintf(id, sizeof id, "%.*s", (int)length, name);
+  if (store_job(j->store, id, &row) != STORE_OK) return false;
+  const bool is_result = strcmp(name + length, ".result") == 0;
+  const bool is_draft = strstr(name + length, ".draft") != NULL;
+  if (is_draft || row.state == JOB_DISMISSED) return false;
+  return job_state_is_final((job_state)row.state) == is_result;
+}
+
+bool jobs_recover(jobs *j, fault *why) {
+  recovery r = {.jobs = j};
+  if (store_active(j->store, take_up, &r) != STORE_OK) {
+    return fault_set(why, "data-dir: the jobs cannot be read");
+  }
+  keep_sweep(store_files(j->store), wanted, j);
+  j->expiry = store_first_expiry(j->store);
+  if (r.count > 0) log_say(LOG_INFO, "recovered", "%d jobs wait again", r.count);
+  return true;
+}
+
+/* ---- Expiry ---- */
+
+typedef struct {
+  int count;
+  job_row row[100];
+} expired;
+
+static bool note(void *context, const job_row *row) {
+  expired *e = context;
+  e->row[e->count++] = *row;
+  return e->count < 100;
+}
+
+void jobs_expire(jobs *j) {
+  expired *e = calloc(1, sizeof *e);
+  j->expiry = unix_now() + 60; /* should something fail */
+  if (e == NULL) return;
+  if (store_expired(j->store, unix_now(), note, e) == STORE_OK) {
+    for (int k = 0; k < e->count; k++) {
+      job_drop_files(j, &e->row[k], true);
+      if (store_remove(j->store, e->row[k].number) != STORE_OK) break;
+      log_say(LOG_DEBUG, "expired", "job %s", e->row[k].id);
+    }
+    j->expiry = store_first_expiry(j->store);
+  }
+  free(e);
+}
+
+/* ---- The whole ---- */
+
+static double due(void *self) {
+  const jobs *j = self;
+  const double save = j->changed == NULL ? INFINITY : j->retry > 0 ? j->retry : 0;
+  return fmin(save, loop_now() + (j->expiry - unix_now()));
+}
+
+static void run(void *self) {
+  jobs *j = self;
+  jobs_flush(j);
+  if (j->expiry <= unix_now()) jobs_expire(j);
+  jobs_schedule(j);
+}
+
+static int64_t budget_of(const parameters *set) {
+  if (set->memory_budget > 0) return set->memory_budget;
+  return (int64_t)sysconf(_SC_PHYS_PAGES) / 4 * 3 * sysconf(_SC_PAGESIZE);
+}
+
+jobs *jobs_new(loop *l, const parameters *set, pool *p, store *s, fault *why) {
+  jobs *j = calloc(1, sizeof *j);
+  if (j == NULL) goto failed;
+  *j = (jobs){.loop = l, .set = set, .pool = p, .store = s, .queue = job_queue_new()};
+  j->last_changed = &j->changed;
+  j->expiry = INFINITY;
+  j->budget = budget_of(set);
+  if (j->queue == NULL) goto failed;
+  if (!jobs_recover(j, why)) {
+    jobs_free(&j);
+    return NULL;
+  }
+  loop_add(l, (loop_chore){due, run, j});
+  pool_on_room(p, jobs_schedule, j);
+  return j;
+failed:
+  fault_set(why, "out of memory");
+  free(j);
+  return NULL;
+}
+
+static void free_all(jobs *j) {
+  while (j->by_id != NULL) job_free(*(job **)j->by_id);
+}
+
+void jobs_free(jobs **j) {
+  if (*j == NULL) return;
+  (*j)->stopped = true;
+  for (int k = 0; k < 2 && (*j)->changed != NULL; k++) { /* parts, then their batches */
+    (*j)->retry = 0;
+    jobs_flush(*j);
+  }
+  pool_on_room((*j)->pool, NULL, NULL);
+  free_all(*j);
+  job_queue_free(&(*j)->queue);
+  free(*j);
+  *j = NULL;
+}

@@ -1,0 +1,328 @@
+/* Running jobs: which goes next, what is made of its end. */
+#include <errno.h>
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/mman.h>
+#include <sys/sendfile.h>
+#include <unistd.h>
+
+#include "job_inner.h"
+#include "keep.h"
+#include "log.h"
+#include "problem.h"
+
+static const double weight_of_new = 0.05; /* in the mean time of a run */
+enum { PROBLEM_BYTES = 1 << 16 };
+
+/* ---- Files ---- */
+
+static bool drop_part(void *context, const job_row *row) {
+  job_drop_files(context, row, true);
+  return true;
+}
+
+void job_drop_files(jobs *j, const job_row *row, bool result) {
+  static const char *const kinds[] = {"request", "checkpoint", "result"};
+  char name[64];
+  for (int k = 0; k < (result ? 3 : 2); k++) {
+    job_file(row, kinds[k], name);
+    if (row->parent == 0 || k > 0) keep_drop(store_files(j->store), name);
+  }
+  if (!result || row->parts == 0 || row->number == 0) return;
+  store_filter parts = {.states = ~0u,
+                        .created_most = INFINITY,
+                        .has_parent = true,
+                        .parent = row->number,
+                        .limit = -1};
+  (void)store_list(j->store, &parts, drop_part, j);
+}
+
+/* A part of a file as a file of its own, in memory; -1 with errno. */
+static int slice(int from, int64_t offset, int64_t size) {
+  const int to = memfd_create("request", MFD_CLOEXEC);
+  off_t at = offset;
+  while (to >= 0 && at < offset + size) {
+    const ssize_t sent = sendfile(to, from, &at, (size_t)(offset + size - at));
+    if (sent > 0 || (sent < 0 && errno == EINTR)) continue;
+    close(to);
+    return -1;
+  }
+  return to;
+}
+
+static int open_request(const job *c) {
+  char name[64];
+  job_file(c->batch != NULL ? &c->batch->row : &c->row, "request", name);
+  const int file = keep_open(store_files(c->all->store), name);
+  if (file < 0 || c->batch == NULL) return file;
+  const int own = slice(file, c->row.offset, c->row.size);
+  close(file);
+  return own;
+}
+
+/* ---- Progress ---- */
+
+static bool advance_row(job *c, double fraction) {
+  const int progress = (int)fmin(99, floor(100 * fraction)); /* 100 is for what is over */
+  const bool more = progress > c->row.progress;
+  c->fraction = fraction;
+  if (more) c->row.progress = progress;
+  return more;
+}
+
+void job_advance(job *c, double fraction) {
+  const double step = fraction - c->fraction;
+  if (!(step > 0)) return;
+  const bool more = advance_row(c, fmin(1, fraction));
+  c->row.updated = unix_now();
+  if (more) job_tell(c, JOB_EVENT_PROGRESS);
+  job *batch = c->batch;
+  if (batch == NULL || batch->row.parts == 0) return;
+  batch->sum += step;
+  if (advance_row(batch, batch->sum / batch->row.parts)) {
+    batch->row.updated = c->row.updated;
+    job_tell(batch, JOB_EVENT_PROGRESS);
+  }
+}
+
+/* What a run added is taken back: it begins again. */
+static void retreat(job *c) {
+  if (c->batch != NULL) c->batch->sum -= c->fraction;
+  c->fraction = 0;
+  c->row.progress = 0;
+}
+
+static void keep_checkpoint(job *c, const ipc_news *news, int fd) {
+  char name[64];
+  job_file(&c->row, "checkpoint", name);
+  if (!keep_file(store_files(c->all->store), name, fd, (size_t)news->size)) {
+    log_say(LOG_ERROR, "job", "%s: its checkpoint cannot be kept: %s", c->row.id, strerror(errno));
+  }
+  close(fd);
+}
+
+static void heard(void *context, const ipc_news *news, int fd) {
+  job *c = context;
+  if (news->kind == IPC_CHECKPOINT) {
+    keep_checkpoint(c, news, fd);
+    return;
+  }
+  const bool other = strcmp(c->phase, news->phase) != 0;
+  memcpy(c->phase, news->phase, sizeof c->phase);
+  if (other) {
+    snprintf(c->row.message, sizeof c->row.message, "%s", c->phase);
+    c->row.updated = unix_now();
+    job_tell(c, JOB_EVENT_PHASE);
+  }
+  job_advance(c, news->fraction);
+}
+
+/* ---- The end of a run ---- */
+
+static void off_worker(job *c) {
+  jobs *j = c->all;
+  c->task = NULL;
+  if (c->body >= 0) close(c->body);
+  if (c->checkpoint >= 0) close(c->checkpoint);
+  c->body = c->checkpoint = -1;
+  j->counts.running--;
+  j->counts.memory -= c->row.estimate;
+}
+
+static void take_problem(job *c, int status, void *bytes, size_t size, const char *message) {
+  free(c->problem);
+  c->problem = bytes;
+  c->problem_size = size;
+  c->row.status = status;
+  job_become(c, JOB_FAILED, "%s", message);
+}
+
+void job_fail(job *c, int status, const char *format, ...) {
+  char text[PROBLEM_TEXT];
+  problem p;
+  size_t size = 0;
+  va_list arguments;
+  va_start(arguments, format);
+  vsnprintf(text, sizeof text, format, arguments);
+  va_end(arguments);
+  problem_begin(&p, status, "%s", text);
+  char *bytes = problem_bytes(&p, &size);
+  take_problem(c, status, bytes, size, p.detail);
+}
+
+static void end_refused(job *c, const pool_outcome *o) {
+  const size_t size = o->size < PROBLEM_BYTES ? o->size : 0;
+  char *bytes = size > 0 ? malloc(size) : NULL;
+  if (bytes == NULL || pread(o->fd, bytes, size, 0) != (ssize_t)size) {
+    free(bytes);
+    job_fail(c, 500, "the problem of the run cannot be read");
+    return;
+  }
+  take_problem(c, o->status, bytes, size, problem_phrase(o->status));
+}
+
+static void end_replied(job *c, const pool_outcome *o) {
+  char name[64];
+  job_file(&c->row, "result", name);
+  if (o->status != 200) {
+    end_refused(c, o);
+  } else if (!keep_file(store_files(c->all->store), name, o->fd, o->size)) {
+    const bool full = errno == ENOSPC || errno == EDQUOT;
+    job_fail(c, full ? 507 : 500, "the result cannot be kept: %s", strerror(errno));
+  } else {
+    c->row.result_size = (int64_t)o->size;
+    c->row.result_coding = (int)o->coding;
+    c->row.points = o->points;
+    c->row.progress = 100;
+    job_become(c, JOB_SUCCESSFUL, "done in %.3g s", o->seconds);
+  }
+  if (o->fd >= 0) close(o->fd);
+}
+
+static void end_memory(job *c, const pool_outcome *o) {
+  job_fail(c, 422, "the solve%s%s needs more than %lld bytes of memory (memory-bytes)",
+           *o->phase != '\0' ? " in phase " : "", o->phase,
+           (long long)c->all->set->limits.memory_bytes);
+}
+
+static void end_time(job *c, const pool_outcome *o) {
+  job_fail(c, 504, "the solve was stopped%s%s after %g s (limit: job-seconds)",
+           *o->phase != '\0' ? " in phase " : "", o->phase, c->all->set->job_seconds);
+}
+
+static void end_crashed(job *c, const pool_outcome *o) {
+  if (c->row.attempts >= c->all->set->job_attempts) {
+    job_fail(c, 500, "the worker died%s%s in %d attempts (limit: job-attempts)",
+             *o->phase != '\0' ? " in phase " : "", o->phase, c->row.attempts);
+    return;
+  }
+  retreat(c);
+  job_become(c, JOB_ACCEPTED, "waits again: the worker died in attempt %d", c->row.attempts);
+  (void)job_enqueue(c, true);
+}
+
+/* The daemon stops; this attempt does not count. */
+static void end_stopped(job *c, const pool_outcome *o) {
+  (void)o;
+  retreat(c);
+  c->row.attempts--;
+  job_become(c, JOB_ACCEPTED, "waits for the service to start again");
+}
+
+static void (*const ends[])(job *c, const pool_outcome *o) = {
+    [POOL_REPLY] = end_replied, [POOL_MEMORY] = end_memory,   [POOL_TIME] = end_time,
+    [POOL_CRASH] = end_crashed, [POOL_STOPPED] = end_stopped,
+};
+
+static void done(void *context, const pool_outcome *o) {
+  job *c = context;
+  off_worker(c);
+  c->all->mean += weight_of_new * (o->seconds - c->all->mean);
+  ends[o->end](c, o);
+}
+
+/* ---- The start of a run ---- */
+
+static bool fits(void *context, void *owner) {
+  const jobs *j = context;
+  const job *c = owner;
+  return j->counts.running == 0 || j->counts.memory + c->row.estimate <= j->budget;
+}
+
+static ipc_ask ask_of(const job *c) {
+  const parameters *set = c->all->set;
+  ipc_ask ask = {.work = IPC_RUN_STORED,
+                 .size = c->row.size,
+                 .content = (media)c->row.content,
+                 .content_coding = (coding)c->row.content_coding,
+                 .limits = set->limits};
+  ask.limits.seconds = set->job_seconds;
+  snprintf(ask.process, sizeof ask.process, "%s", c->row.process);
+  return ask;
+}
+
+static void open_checkpoint(job *c, ipc_ask *ask) {
+  char name[64];
+  job_file(&c->row, "checkpoint", name);
+  c->checkpoint = keep_open(store_files(c->all->store), name);
+  const off_t size = c->checkpoint >= 0 ? lseek(c->checkpoint, 0, SEEK_END) : 0;
+  ask->checkpoint = size > 0 ? (int64_t)size : 0;
+}
+
+static bool start(job *c) {
+  static const pool_calls calls = {done, heard};
+  ipc_ask ask = ask_of(c);
+  c->body = open_request(c);
+  if (c->body < 0) {
+    job_fail(c, 500, "its request cannot be read: %s", strerror(errno));
+    return true;
+  }
+  open_checkpoint(c, &ask);
+  c->task = pool_start(c->all->pool, &ask, c->body, c->checkpoint, &calls, c);
+  if (c->task == NULL) {
+    close(c->body);
+    c->body = -1;
+    return false;
+  }
+  c->all->counts.running++;
+  c->all->counts.memory += c->row.estimate;
+  c->row.attempts++;
+  *c->phase = '\0';
+  job_become(c, JOB_RUNNING, "runs, attempt %d", c->row.attempts);
+  job *batch = c->batch;
+  if (batch != NULL && batch->row.state == JOB_ACCEPTED) {
+    job_become(batch, JOB_RUNNING, "runs, %d parts", batch->row.parts);
+  }
+  return true;
+}
+
+void jobs_schedule(void *self) {
+  jobs *j = self;
+  while (!j->stopped && pool_has_room(j->pool)) {
+    job *c = job_queue_take(j->queue, fits, j);
+    if (c == NULL) return;
+    if (start(c)) continue;
+    (void)job_enqueue(c, true);
+    return;
+  }
+}
+
+bool job_enqueue(job *c, bool first) {
+  jobs *j = c->all;
+  if (job_queue_add(j->queue, &c->node, c, c->row.submitter, c->row.priority, first)) return true;
+  job_fail(c, 500, "out of memory in the queue");
+  return false;
+}
+
+void job_stop(job *c) {
+  job_queue_remove(c->all->queue, &c->node);
+  if (c->task == NULL) return;
+  pool_cancel(c->all->pool, c->task);
+  off_worker(c);
+}
+
+/* ---- Batches ---- */
+
+/* It has failed only if nothing of it was successful: else its results say what failed. */
+void job_end_batch(job *batch) {
+  const int good = batch->ended - batch->failed;
+  if (good == 0) {
+    job_fail(batch, 422, "none of the %d requests of the batch was successful", batch->row.parts);
+    return;
+  }
+  batch->row.progress = 100;
+  job_become(batch, JOB_SUCCESSFUL, "%d requests successful, %d not", good, batch->failed);
+}
+
+void job_part_ended(job *part) {
+  job *batch = part->batch;
+  if (batch == NULL || job_state_is_final((job_state)batch->row.state)) return;
+  job_advance(part, 1);
+  batch->ended++;
+  batch->failed += part->row.state != JOB_SUCCESSFUL;
+  if (batch->watches != NULL) job_tell(batch, JOB_EVENT_PROGRESS);
+  if (batch->ended == batch->row.parts) job_end_batch(batch);
+}

@@ -1,0 +1,177 @@
+/* Storing what changed. All changes of a round of the loop are one transaction, and so one fsync.
+ * If it fails, each job is tried alone: a new one that cannot be stored is refused; what ended is
+ * tried again until it can be. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "job_inner.h"
+#include "log.h"
+
+static const double retry_seconds = 1;
+
+void job_save(job *c) {
+  jobs *j = c->all;
+  if (c->changed) return;
+  c->changed = true;
+  c->next_changed = NULL;
+  *j->last_changed = c;
+  j->last_changed = &c->next_changed;
+}
+
+/* ---- Writing ---- */
+
+static store_result note(job *c) {
+  char text[JOB_MESSAGE + 32];
+  snprintf(text, sizeof text, "%s: %s", job_state_name((job_state)c->row.state), c->row.message);
+  return store_log(c->all->store, c->row.number, c->row.updated, text);
+}
+
+static store_result add_new(job *c) {
+  static const job_extra none;
+  store_result result = store_add(c->all->store, &c->row, c->extra != NULL ? c->extra : &none);
+  for (job *part = c->parts; part != NULL && result == STORE_OK; part = part->sibling) {
+    part->row.parent = c->row.number;
+    result = store_add(c->all->store, &part->row, &none);
+  }
+  return result;
+}
+
+/* The subscriber's address for a state: of job_extra.uri, -1 for none. */
+static const int address_for[JOB_STATES] = {[JOB_ACCEPTED] = -1,
+                                            [JOB_RUNNING] = 1,
+                                            [JOB_SUCCESSFUL] = 0,
+                                            [JOB_FAILED] = 2,
+                                            [JOB_DISMISSED] = -1};
+
+/* A call to the subscriber is stored together with what it tells. */
+static store_result order_call(job *c) {
+  job_extra extra;
+  const int kind = address_for[c->row.state];
+  if (!c->row.subscribed || kind < 0) return STORE_OK;
+  const store_result result = store_extra(c->all->store, c->row.number, &extra);
+  if (result != STORE_OK || *extra.uri[kind] == '\0') return result;
+  return store_add_call(c->all->store, c->row.number, kind, c->row.updated);
+}
+
+static store_result write_job(job *c) {
+  const bool is_new = c->row.number == 0;
+  store_result result =
+      is_new ? add_new(c) : store_update(c->all->store, &c->row, c->problem, c->problem_size);
+  if (result == STORE_OK) result = order_call(c);
+  return result == STORE_OK && c->row.parent == 0 ? note(c) : result;
+}
+
+/* Forgets the numbers of jobs whose transaction was undone. */
+static void unnumber(job *c) {
+  if (c->extra == NULL) return; /* not new: its number stays */
+  c->row.number = 0;
+  for (job *part = c->parts; part != NULL; part = part->sibling) part->row.number = 0;
+}
+
+static store_result write_all(store *s, job *first) {
+  store_result result = store_begin(s);
+  for (job *c = first; c != NULL && result == STORE_OK; c = c->next_changed) result = write_job(c);
+  if (result == STORE_OK) result = store_commit(s);
+  if (result == STORE_OK) return result;
+  store_rollback(s);
+  for (job *c = first; c != NULL; c = c->next_changed) unnumber(c);
+  return result;
+}
+
+/* ---- After it ---- */
+
+static void count(job *c) {
+  jobs *j = c->all;
+  if (job_state_is_final((job_state)c->row.state)) j->counts.ended[c->row.state]++;
+}
+
+static void tell_stored(job *c, store_result result) {
+  void (*stored)(void *, const job_row *, store_result) = c->stored;
+  c->stored = NULL;
+  if (stored != NULL) stored(c->stored_self, &c->row, result);
+}
+
+/* Accepted for good: it may run. */
+static void begin_waiting(job *c) {
+  free(c->extra);
+  c->extra = NULL;
+  if (c->row.parts == 0 && c->row.state == JOB_ACCEPTED) (void)job_enqueue(c, false);
+  while (c->parts != NULL) {
+    job *part = c->parts;
+    c->parts = part->sibling;
+    (void)job_enqueue(part, false);
+  }
+}
+
+static void end_for_good(job *c) {
+  jobs *j = c->all;
+  count(c);
+  job_drop_files(j, &c->row, c->row.state == JOB_DISMISSED);
+  j->expiry = fmin(j->expiry, c->row.expires > 0 ? c->row.expires : INFINITY);
+  job_part_ended(c);
+  job_free(c);
+}
+
+static void settle(job *c) {
+  jobs *j = c->all;
+  const bool is_new = c->extra != NULL;
+  c->changed = false;
+  if (is_new) begin_waiting(c);
+  if (j->told != NULL && c->row.subscribed) j->told(j->told_self);
+  tell_stored(c, STORE_OK); /* may begin to watch it */
+  job_tell(c, JOB_EVENT_STATUS);
+  if (job_state_is_final((job_state)c->row.state)) end_for_good(c);
+}
+
+static void refuse(job *c, store_result result) {
+  job_drop_files(c->all, &c->row, true);
+  while (c->parts != NULL) {
+    job *part = c->parts;
+    c->parts = part->sibling;
+    job_free(part);
+  }
+  tell_stored(c, result);
+  job_free(c);
+}
+
+/* One that could not be stored, alone. */
+static void keep_trying(job *c, store_result result) {
+  jobs *j = c->all;
+  c->changed = false;
+  if (c->extra != NULL) {
+    refuse(c, result);
+    return;
+  }
+  if (j->retry <= 0) log_say(LOG_ERROR, "store", "job %s cannot be stored, trying on", c->row.id);
+  job_save(c);
+  j->retry = loop_now() + retry_seconds;
+}
+
+static void write_alone(job *c) {
+  c->next_changed = NULL;
+  const store_result result = write_all(c->all->store, c);
+  if (result == STORE_OK) {
+    settle(c);
+  } else {
+    keep_trying(c, result);
+  }
+}
+
+/* What is changed while the changes before are told waits for the next round. */
+void jobs_flush(jobs *j) {
+  job *first = j->changed;
+  if (first == NULL || (j->retry > 0 && loop_now() < j->retry)) return;
+  j->retry = 0;
+  j->changed = NULL;
+  j->last_changed = &j->changed;
+  const bool together = write_all(j->store, first) == STORE_OK;
+  for (job *c = first, *next; c != NULL; c = next) {
+    next = c->next_changed;
+    if (together) {
+      settle(c);
+    } else {
+      write_alone(c);
+    }
+  }
+}

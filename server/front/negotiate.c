@@ -1,0 +1,21 @@
+#include "negotiate.h"
+
+#include "http.h"
+#include "media.h"
+
+int negotiate(exchange *x, const char *const *offers, int count) {
+  char room[512];
+  const char *accept = http_field(x, "Accept", room, sizeof room);
+  const int chosen = media_choose(accept, offers, count);
+  exchange_add(x, "Vary", "Accept");
+  if (chosen < 0) {
+    exchange_refuse(x, 406, "Accept: got \"%.100s\", needs %s%s%s", accept, offers[0],
+                    count > 1 ? " or " : "", count > 1 ? offers[1] : "");
+  }
+  return chosen;
+}
+
+bool negotiate_json(exchange *x) {
+  const char *const offers[] = {media_type(MEDIA_JSON)};
+  return negotiate(x, offers, 1) == 0;
+}

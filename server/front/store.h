@@ -1,0 +1,123 @@
+/* store.h - what survives the daemon: jobs in SQLite and their files. The only door to SQLite.
+ *
+ * A data directory belongs to one daemon at a time. Rows are written in a transaction (write-ahead
+ * log, synchronous FULL): what is committed stays, also over a power cut. Files are kept (keep.h)
+ * before a row refers to them. Test: unit.store, http.jobs.kill9.
+ */
+#ifndef SCATTERD_STORE_H
+#define SCATTERD_STORE_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "fault.h"
+#include "job_row.h"
+
+#define STORE_DATABASE "jobs.db" /* in its directory; its log is beside it with -wal */
+
+typedef struct store store;
+
+typedef enum {
+  STORE_OK,
+  STORE_NONE,   /* there is no such row */
+  STORE_FULL,   /* the disk is, or a quota */
+  STORE_FAILED, /* anything else; the log knows */
+} store_result;
+
+/* Opens the store of a directory, making what is missing. False text when another daemon has it or
+ * it cannot be read. */
+store *store_open(const char *directory, fault *why);
+void store_close(store **s);
+
+/* Several writes as one; after a failure of any of them, roll back. */
+store_result store_begin(store *s);
+store_result store_commit(store *s);
+void store_rollback(store *s);
+
+/* Directory descriptor of the files of jobs. */
+int store_files(const store *s);
+
+/* ---- Jobs ---- */
+
+/* Adds a job and sets its number. */
+store_result store_add(store *s, job_row *row, const job_extra *extra);
+
+/* Writes what changed. `problem` of a failed job: its bytes; NULL leaves them. */
+store_result store_update(store *s, const job_row *row, const void *problem, size_t size);
+
+store_result store_job(store *s, const char *id, job_row *row);
+store_result store_job_number(store *s, int64_t number, job_row *row);
+
+/* Job `part` of a batch. */
+store_result store_part(store *s, int64_t parent, int part, job_row *row);
+
+/* The part of a batch that ended first after the time `after`. */
+store_result store_next_ended(store *s, int64_t parent, double after, job_row *row);
+
+/* How many parts of a batch are in each state. */
+store_result store_part_states(store *s, int64_t parent, int64_t count[JOB_STATES]);
+
+/* Bytes of a failed job's problem, malloc'ed; NULL if there are none. */
+void *store_problem(store *s, int64_t number, size_t *size);
+
+store_result store_extra(store *s, int64_t number, job_extra *extra);
+
+/* The newest job of a submitter with this Idempotency-Key, and the digest of its request. */
+store_result store_by_key(store *s, const char *submitter, const char *key, job_row *row,
+                          char digest[JOB_DIGEST]);
+
+/* The newest successful job with this digest that is there until `until`. */
+store_result store_by_digest(store *s, const char *digest, double until, job_row *row);
+
+/* Removes a job and its parts. */
+store_result store_remove(store *s, int64_t number);
+
+typedef bool store_visit(void *context, const job_row *row); /* false: enough */
+
+/* Jobs that are accepted or running, in order of acceptance. */
+store_result store_active(store *s, store_visit *visit, void *context);
+
+/* Jobs whose time is over. */
+store_result store_expired(store *s, double now, store_visit *visit, void *context);
+
+/* The earliest `expires` of a job; INFINITY without any. */
+double store_first_expiry(store *s);
+
+/* Which jobs a list shows. */
+typedef struct {
+  char processes[512]; /* ",solve,apply,", "" for all */
+  unsigned states;     /* set of 1 << job_state */
+  double created_least, created_most;
+  double seconds_least, seconds_most; /* from start to end, or to `now` while it runs */
+  bool timed;                         /* the two above are asked for */
+  bool has_parent;                    /* only the parts of this batch; else no parts */
+  int64_t parent;
+  double now;
+  int64_t limit, offset;
+} store_filter;
+
+/* Newest first. */
+store_result store_list(store *s, const store_filter *f, store_visit *visit, void *context);
+
+/* ---- Calls to subscribers ---- */
+
+store_result store_add_call(store *s, int64_t job, int address, double when);
+
+/* Those that are due first, at most `most`. */
+typedef void store_call(void *context, const job_call *call);
+store_result store_calls(store *s, int most, store_call *visit, void *context);
+
+/* Writes attempts and due; forgets it. */
+store_result store_update_call(store *s, const job_call *call);
+store_result store_remove_call(store *s, int64_t number);
+
+/* ---- Log of a job ---- */
+
+store_result store_log(store *s, int64_t number, double time, const char *text);
+
+/* Its last lines in order of time, at most `most`. */
+typedef void store_line(void *context, double time, const char *text);
+store_result store_read_log(store *s, int64_t number, int most, store_line *visit, void *context);
+
+#endif

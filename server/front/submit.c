@@ -1,0 +1,311 @@
+#include "submit.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "callback.h"
+#include "digest.h"
+#include "frames.h"
+#include "http.h"
+#include "job_queue.h"
+#include "job_status.h"
+#include "outcome.h"
+#include "rendering.h"
+#include "submitter.h"
+
+struct submission {
+  const service *service;
+  exchange *x;
+  prefer prefer;
+  ipc_ask ask;
+  job_extra extra;
+  pool_task *task;      /* the check */
+  wait wait;            /* for the end, with Prefer: wait */
+  rendering *rendering; /* of the results, after it */
+};
+
+static void refuse_memory(exchange *x) {
+  exchange_refuse(x, 503, "out of memory");
+}
+
+/* ---- The reply ---- */
+
+static void add_applied(submission *b, bool waited) {
+  char text[128];
+  int used = snprintf(text, sizeof text, "respond-async");
+  const prefer *p = &b->prefer;
+  if (!p->respond_async) return;
+  if (waited) used += snprintf(text + used, sizeof text - (size_t)used, ", wait=%.0f", p->wait);
+  if (p->shape != PREFER_ANY) {
+    used += snprintf(text + used, sizeof text - (size_t)used, ", return=%s",
+                     p->shape == PREFER_MINIMAL ? "minimal" : "representation");
+  }
+  if (p->priority >= 0) {
+    snprintf(text + used, sizeof text - (size_t)used, ", priority=%d", p->priority);
+  }
+  exchange_add(b->x, "Preference-Applied", "%s", text);
+}
+
+/* 201, Location and statusInfo. */
+static void reply_created(submission *b, const job_view *view, bool waited) {
+  add_applied(b, waited);
+  exchange_add(b->x, "Location", "%s/jobs/%s", b->x->base, view->row.id);
+  job_status_reply(b->x, 201, view, b->prefer.shape == PREFER_MINIMAL,
+                   jobs_store(b->service->jobs));
+}
+
+static void deliver_created(submission *b, const job_view *view, bool waited) {
+  reply_created(b, view, waited);
+  http_deliver(b->x);
+}
+
+/* The job was over before the wait was: what a synchronous execution would reply. */
+static void reply_results(submission *b, const job_row *row) {
+  exchange *x = b->x;
+  exchange_add(x, "Preference-Applied", "wait=%.0f", b->prefer.wait);
+  exchange_add(x, "Content-Location", "%s/jobs/%s/results", x->base, row->id);
+  if (row->state == JOB_SUCCESSFUL && row->parts == 0) {
+    b->rendering = rendering_new(b->service, x, row, "");
+    if (b->rendering != NULL) return; /* it delivers */
+  } else {
+    job_refuse_failed(x, b->service->jobs, row);
+  }
+  http_deliver(x);
+}
+
+static bool is_over(void *self, const job_view *now) {
+  (void)self;
+  return job_state_is_final((job_state)now->row.state);
+}
+
+static void waited(void *self, const job_view *now) {
+  submission *b = self;
+  const bool results = (now->row.state == JOB_SUCCESSFUL || now->row.state == JOB_FAILED) &&
+                       b->prefer.shape != PREFER_MINIMAL && now->row.parts == 0;
+  if (results) {
+    reply_results(b, &now->row);
+  } else {
+    deliver_created(b, now, true);
+  }
+}
+
+static void stored(void *self, const job_row *row, store_result result) {
+  submission *b = self;
+  const double seconds = fmin(b->prefer.wait, b->service->set->wait_seconds);
+  job_view view;
+  if (result != STORE_OK) {
+    job_refuse_store(b->x, result);
+    http_deliver(b->x);
+    return;
+  }
+  view = jobs_view(b->service->jobs, row);
+  if (b->prefer.wait <= 0 || !b->prefer.respond_async) {
+    deliver_created(b, &view, false);
+    return;
+  }
+  b->wait.now = view;
+  if (view.active == NULL) {
+    waited(b, &view);
+  } else {
+    wait_on(b->service->waits, &b->wait, seconds);
+  }
+}
+
+/* ---- Retries ---- */
+
+/* An Idempotency-Key that is known has its job already. False when a reply is set. */
+static bool check_key(submission *b) {
+  exchange *x = b->x;
+  char room[512], submitter[JOB_SUBMITTER], digest[JOB_DIGEST];
+  job_row row;
+  const char *key = http_field(x, "Idempotency-Key", room, sizeof room);
+  if (key == NULL) return true;
+  if (*key == '\0' || strlen(key) >= JOB_KEY) {
+    exchange_refuse(x, 400, "Idempotency-Key: got %zu characters, needs 1 to %d", strlen(key),
+                    JOB_KEY - 1);
+    return false;
+  }
+  snprintf(b->extra.key, sizeof b->extra.key, "%s", key);
+  submitter_of(x, submitter);
+  if (store_by_key(jobs_store(b->service->jobs), submitter, key, &row, digest) != STORE_OK) {
+    return true;
+  }
+  if (strcmp(digest, b->extra.digest) == 0) {
+    const job_view view = jobs_view(b->service->jobs, &row);
+    reply_created(b, &view, false);
+  } else {
+    exchange_refuse(x, 422, "Idempotency-Key: got \"%.100s\", which another request has", key);
+  }
+  return false;
+}
+
+/* ---- The order ---- */
+
+static void refuse_large(exchange *x, int64_t bytes, const jobs *j) {
+  exchange_refuse(x, 422,
+                  "memory: the request is estimated to need %lld bytes, may need at most %lld "
+                  "(memory-bytes, memory-budget)",
+                  (long long)bytes, (long long)jobs_most_memory(j));
+}
+
+static bool fits(submission *b, const frames *f, int64_t estimate) {
+  const jobs *j = b->service->jobs;
+  const int64_t parts = f->count > 0 ? f->count : 1;
+  for (int k = 0; k < f->count; k++) {
+    if (f->parts[k].estimate > estimate) estimate = f->parts[k].estimate;
+  }
+  if (estimate > jobs_most_memory(j)) {
+    refuse_large(b->x, estimate, j);
+  } else if (f->count > b->service->set->batch_parts || parts > b->service->set->job_queue) {
+    exchange_refuse(b->x, 422,
+                    "batch: got %d requests, needs at most %lld (batch-parts, job-queue)", f->count,
+                    (long long)b->service->set->batch_parts);
+  } else if (jobs_room(j) < parts) {
+    exchange_add(b->x, "Retry-After", "%d", jobs_retry_after(j));
+    exchange_refuse(b->x, 429, "%lld jobs wait already (limit: job-queue)",
+                    (long long)(b->service->set->job_queue - jobs_room(j)));
+  } else {
+    return true;
+  }
+  return false;
+}
+
+/* Does an equal request have an answer that may be given again? */
+static bool find_answer(const submission *b, const job_order *o, job_row *other) {
+  const service *s = b->service;
+  char room[512];
+  const char *cache = http_field(b->x, "Cache-Control", room, sizeof room);
+  if (s->set->reuse_results == 0 || !o->row.reusable) return false;
+  if (cache != NULL && strstr(cache, "no-cache") != NULL) return false;
+  const double until = unix_now() + s->set->result_seconds / 2;
+  return store_by_digest(jobs_store(s->jobs), b->extra.digest, until, other) == STORE_OK;
+}
+
+/* Processes whose answers depend on more than the request: on time. */
+static bool is_pure(const char *process) {
+  static const char *const timed[] = {"echo", "study", "batch"};
+  for (size_t k = 0; k < sizeof timed / sizeof *timed; k++) {
+    if (strcmp(process, timed[k]) == 0) return false;
+  }
+  return true;
+}
+
+static job_order order_of(submission *b, const frames *f, const pool_outcome *o) {
+  exchange *x = b->x;
+  job_order order = {
+      .extra = &b->extra, .body = x->body.fd, .parts = f->parts, .stored = stored, .self = b};
+  job_row *row = &order.row;
+  snprintf(row->process, sizeof row->process, "%s", b->ask.process);
+  submitter_of(x, row->submitter);
+  row->priority = b->prefer.priority >= 0 ? b->prefer.priority : JOB_PRIORITY;
+  row->content = (int)b->ask.content;
+  row->content_coding = (int)b->ask.content_coding;
+  row->size = x->body.size;
+  row->points = o->points;
+  row->estimate = o->memory_bytes;
+  row->parts = f->count;
+  row->reusable = is_pure(row->process) && !f->external;
+  snprintf(b->extra.base, sizeof b->extra.base, "%s", x->base);
+  if (f->count > 0) { /* the frames hold the requests of the parts */
+    order.body = o->fd;
+    row->size = (int64_t)o->size;
+  }
+  return order;
+}
+
+static store_result place(submission *b, const frames *f, const pool_outcome *o) {
+  const job_order order = order_of(b, f, o);
+  job_row other;
+  if (find_answer(b, &order, &other) &&
+      jobs_add_answered(b->service->jobs, &order, &other) == STORE_OK) {
+    return STORE_OK;
+  }
+  return jobs_add(b->service->jobs, &order);
+}
+
+/* The request is good: it becomes a job. False when a reply is set, also by an equal request that
+ * came first. */
+static bool accept_frames(submission *b, const pool_outcome *o) {
+  frames f;
+  bool good = false;
+  if (!frames_read(o->fd, o->size, &f, b->extra.uri)) {
+    exchange_refuse(b->x, 500, "the worker's check cannot be read");
+  } else if (check_key(b) && fits(b, &f, o->memory_bytes) &&
+             callback_allows(b->service, b->x, &b->extra)) {
+    const store_result result = place(b, &f, o);
+    good = result == STORE_OK;
+    if (!good) job_refuse_store(b->x, result);
+  }
+  frames_free(&f);
+  return good;
+}
+
+static void checked(void *context, const pool_outcome *o) {
+  submission *b = context;
+  b->task = NULL;
+  if (o->end != POOL_REPLY || o->status != 200) {
+    outcome_reply(b->x, &b->ask.limits, o);
+    http_deliver(b->x);
+    return;
+  }
+  b->x->points = o->points;
+  const bool good = accept_frames(b, o);
+  if (o->fd >= 0) close(o->fd);
+  if (!good) http_deliver(b->x);
+}
+
+/* ---- The request ---- */
+
+static bool take_digest(submission *b) {
+  char label[128];
+  snprintf(label, sizeof label, "%s %d %d", b->ask.process, (int)b->ask.content,
+           (int)b->ask.content_coding);
+  const bool good = digest_file(label, b->x->body.fd, (size_t)b->x->body.size, b->extra.digest);
+  if (!good) exchange_refuse(b->x, 500, "body: it cannot be read again");
+  return good;
+}
+
+static bool has_room(submission *b) {
+  if (jobs_room(b->service->jobs) > 0) return true;
+  exchange_add(b->x, "Retry-After", "%d", jobs_retry_after(b->service->jobs));
+  exchange_refuse(b->x, 429, "%lld jobs wait already (limit: job-queue)",
+                  (long long)b->service->set->job_queue);
+  return false;
+}
+
+static void ask_check(submission *b) {
+  static const pool_calls calls = {checked, NULL};
+  b->ask.work = IPC_CHECK;
+  b->ask.size = b->x->body.size;
+  b->task = pool_submit(b->service->pool, &b->ask, b->x->body.fd, &calls, b);
+  if (b->task == NULL) outcome_refuse_full(b->x, b->service->pool, b->service->set->queue);
+}
+
+submission *submit_new(const service *s, exchange *x, const prefer *p, const ipc_ask *ask) {
+  submission *b = calloc(1, sizeof *b);
+  if (b == NULL) {
+    refuse_memory(x);
+    return NULL;
+  }
+  *b = (submission){.service = s, .x = x, .prefer = *p, .ask = *ask};
+  b->wait.enough = is_over;
+  b->wait.over = waited;
+  b->wait.self = b;
+  if (take_digest(b) && check_key(b) && has_room(b)) ask_check(b);
+  if (x->reply.status == 0) return b;
+  submit_free(&b);
+  return NULL;
+}
+
+void submit_free(submission **b) {
+  if (*b == NULL) return;
+  if ((*b)->task != NULL) pool_cancel((*b)->service->pool, (*b)->task);
+  jobs_forget((*b)->service->jobs, *b);
+  wait_off(&(*b)->wait);
+  rendering_free(&(*b)->rendering);
+  free(*b);
+  *b = NULL;
+}
