@@ -12,9 +12,11 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "callback.h"
 #include "events.h"
 #include "listener.h"
 #include "log.h"
+#include "outbound.h"
 #include "route.h"
 
 static const double farewell_seconds = 1; /* for the last replies to leave */
@@ -155,6 +157,8 @@ static void say_farewell(front *f) {
 static void end(front *f) {
   http_free(&f->http);
   if (f->service.pool != NULL) pool_stop(f->service.pool);
+  callbacks_free(&f->service.callbacks);
+  outbound_free(&f->service.outbound);
   jobs_free(&f->service.jobs);
   waits_free(&f->service.waits);
   streams_free(&f->service.streams);

@@ -14,7 +14,9 @@ typedef struct service {
   store *store;
   jobs *jobs;
   waits *waits;
-  struct streams *streams; /* events.h */
+  struct streams *streams;     /* events.h */
+  struct outbound *outbound;   /* outbound.h */
+  struct callbacks *callbacks; /* callback.h */
 } service;
 
 #endif

@@ -55,7 +55,7 @@ static const char *const types[] = {
  * name and type; parameter k is column k, what follows has names. */
 static const char schema[] =
     "CREATE TABLE jobs(number INTEGER PRIMARY KEY AUTOINCREMENT, {definitions}, key TEXT, digest "
-    "TEXT, success TEXT, running TEXT, failed TEXT, problem BLOB);"
+    "TEXT, success TEXT, running TEXT, failed TEXT, base TEXT, problem BLOB);"
     "CREATE UNIQUE INDEX jobs_id ON jobs(id);"
     "CREATE INDEX jobs_parent ON jobs(parent, part) WHERE parent > 0;"
     "CREATE INDEX jobs_finished ON jobs(parent, finished) WHERE parent > 0;"
@@ -63,6 +63,8 @@ static const char schema[] =
     "CREATE INDEX jobs_expires ON jobs(expires) WHERE expires > 0;"
     "CREATE INDEX jobs_key ON jobs(submitter, key) WHERE key <> '';"
     "CREATE INDEX jobs_digest ON jobs(digest) WHERE digest <> '';"
+    "CREATE TABLE calls(number INTEGER PRIMARY KEY AUTOINCREMENT, job INTEGER, kind INTEGER, "
+    "attempts INTEGER, due REAL);"
     "CREATE TABLE log(job INTEGER, time REAL, text TEXT);"
     "CREATE INDEX log_job ON log(job);"
     "CREATE TABLE data(id TEXT PRIMARY KEY, type TEXT, size INTEGER, created REAL, expires REAL);"
@@ -94,6 +96,11 @@ typedef enum {
   FIRST_EXPIRY,
   PART_STATES,
   LIST,
+  ADD_CALL,
+  CALLS,
+  UPDATE_CALL,
+  REMOVE_CALL,
+  REMOVE_CALLS,
   LOG,
   READ_LOG,
   ADD_DATA,
@@ -127,7 +134,7 @@ static const char *const statements[STATEMENTS] = {
         "SELECT {columns}, number FROM jobs WHERE parent = :number AND parent > 0 "
         "AND state >= 2 AND finished > :after ORDER BY finished LIMIT 1",
     [PROBLEM] = "SELECT problem FROM jobs WHERE number = :number",
-    [EXTRA] = "SELECT key, digest, success, running, failed FROM jobs WHERE number = :number",
+    [EXTRA] = "SELECT key, digest, success, running, failed, base FROM jobs WHERE number = :number",
     [BY_KEY] =
         "SELECT {columns}, number FROM jobs WHERE submitter = :submitter AND key = :key "
         "AND key <> '' ORDER BY number DESC LIMIT 1",
@@ -152,6 +159,11 @@ static const char *const statements[STATEMENTS] = {
         "AND (NOT :timed OR (started > 0 AND "
         "iif(finished > 0, finished, :now) - started BETWEEN :seconds_least AND :seconds_most)) "
         "AND parent = :parent ORDER BY number DESC LIMIT :limit OFFSET :offset",
+    [ADD_CALL] = "INSERT INTO calls(job, kind, attempts, due) VALUES(:number, :kind, 0, :due)",
+    [CALLS] = "SELECT number, job, kind, attempts, due FROM calls ORDER BY due LIMIT :limit",
+    [UPDATE_CALL] = "UPDATE calls SET attempts = :attempts, due = :due WHERE number = :number",
+    [REMOVE_CALL] = "DELETE FROM calls WHERE number = :number",
+    [REMOVE_CALLS] = "DELETE FROM calls WHERE job = :number",
     [LOG] = "INSERT INTO log VALUES(:number, :time, :text)",
     [READ_LOG] =
         "SELECT time, text FROM (SELECT rowid, time, text FROM log WHERE job = :number "
@@ -453,6 +465,7 @@ store_result store_add(store *s, job_row *row, const job_extra *extra) {
   bind_row(s->statement[ADD], row);
   bind_text(s, ADD, ":key", extra->key);
   bind_text(s, ADD, ":digest", extra->digest);
+  bind_text(s, ADD, ":base", extra->base);
   for (int k = 0; k < 3; k++) bind_text(s, ADD, uris[k], extra->uri[k]);
   const store_result result = run(s, ADD);
   if (result == STORE_OK) row->number = sqlite3_last_insert_rowid(s->db);
@@ -512,6 +525,7 @@ store_result store_extra(store *s, int64_t number, job_extra *extra) {
     get_text(s->statement[EXTRA], 0, extra->key, sizeof extra->key);
     get_text(s->statement[EXTRA], 1, extra->digest, sizeof extra->digest);
     for (int k = 0; k < 3; k++) get_text(s->statement[EXTRA], 2 + k, extra->uri[k], JOB_URI);
+    get_text(s->statement[EXTRA], 5, extra->base, sizeof extra->base);
   }
   reset(s, EXTRA);
   return result;
@@ -541,7 +555,9 @@ store_result store_remove(store *s, int64_t number) {
   const store_result result = run(s, REMOVE);
   if (result != STORE_OK) return result;
   bind_long(s, REMOVE_LOG, ":number", number);
-  return run(s, REMOVE_LOG);
+  bind_long(s, REMOVE_CALLS, ":number", number);
+  const store_result calls = run(s, REMOVE_CALLS), lines = run(s, REMOVE_LOG);
+  return calls != STORE_OK ? calls : lines;
 }
 
 store_result store_part_states(store *s, int64_t parent, int64_t count[JOB_STATES]) {
@@ -590,6 +606,41 @@ store_result store_list(store *s, const store_filter *f, store_visit *visit, voi
   bind_long(s, LIST, ":limit", f->limit);
   bind_long(s, LIST, ":offset", f->offset);
   return visit_all(s, LIST, visit, context);
+}
+
+/* ---- Calls to subscribers ---- */
+
+store_result store_add_call(store *s, int64_t job, int address, double when) {
+  bind_long(s, ADD_CALL, ":number", job);
+  bind_long(s, ADD_CALL, ":kind", address);
+  bind_real(s, ADD_CALL, ":due", when);
+  return run(s, ADD_CALL);
+}
+
+store_result store_calls(store *s, int most, store_call *visit, void *context) {
+  sqlite3_stmt *from = s->statement[CALLS];
+  store_result result;
+  bind_long(s, CALLS, ":limit", most);
+  while ((result = step(s, CALLS)) == STORE_OK) {
+    const job_call call = {sqlite3_column_int64(from, 0), sqlite3_column_int64(from, 1),
+                           sqlite3_column_int(from, 2), sqlite3_column_int(from, 3),
+                           sqlite3_column_double(from, 4)};
+    visit(context, &call);
+  }
+  reset(s, CALLS);
+  return result == STORE_NONE ? STORE_OK : result;
+}
+
+store_result store_update_call(store *s, const job_call *call) {
+  bind_long(s, UPDATE_CALL, ":number", call->number);
+  bind_long(s, UPDATE_CALL, ":attempts", call->attempts);
+  bind_real(s, UPDATE_CALL, ":due", call->due);
+  return run(s, UPDATE_CALL);
+}
+
+store_result store_remove_call(store *s, int64_t number) {
+  bind_long(s, REMOVE_CALL, ":number", number);
+  return run(s, REMOVE_CALL);
 }
 
 /* ---- Log of a job ---- */

@@ -99,6 +99,18 @@ typedef struct {
 /* Newest first. */
 store_result store_list(store *s, const store_filter *f, store_visit *visit, void *context);
 
+/* ---- Calls to subscribers ---- */
+
+store_result store_add_call(store *s, int64_t job, int address, double when);
+
+/* Those that are due first, at most `most`. */
+typedef void store_call(void *context, const job_call *call);
+store_result store_calls(store *s, int most, store_call *visit, void *context);
+
+/* Writes attempts and due; forgets it. */
+store_result store_update_call(store *s, const job_call *call);
+store_result store_remove_call(store *s, int64_t number);
+
 /* ---- Log of a job ---- */
 
 store_result store_log(store *s, int64_t number, double time, const char *text);

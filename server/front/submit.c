@@ -208,6 +208,7 @@ static job_order order_of(submission *b, const frames *f, const pool_outcome *o)
   row->estimate = o->memory_bytes;
   row->parts = f->count;
   row->reusable = is_pure(row->process) && !f->external;
+  snprintf(b->extra.base, sizeof b->extra.base, "%s", x->base);
   if (f->count > 0) { /* the frames hold the requests of the parts */
     order.body = o->fd;
     row->size = (int64_t)o->size;
