@@ -87,6 +87,8 @@ static const parameter table[] = {
     {"fetch-hosts", TEXT, "LIST", AT(fetch_hosts), "", 0, 0,
      "hosts from which inputs by href may be fetched, such as \"files.example\"; empty means none "
      "but this service"},
+    {"fetch-private-hosts", TEXT, "LIST", AT(fetch_private), "", 0, 0,
+     "those of fetch-hosts whose address may be a private one"},
     {"fetch-bytes", BYTES, "bytes", AT(fetch_bytes), "256MiB", 1, NO_END,
      "one input fetched from another host"},
     {"fetch-seconds", SECONDS, "s", AT(fetch_seconds), "30", 0.1, 86400,

@@ -11,7 +11,7 @@
 #include "keep.h"
 #include "log.h"
 
-struct data {
+struct data_store {
   const parameters *set;
   store *store;
   double expiry; /* when to look for old ones, by unix_now */
@@ -21,20 +21,20 @@ static const double patience = 60; /* (s) until what could not be dropped is tri
 
 /* ---- Expiry ---- */
 
-static store_result forget(data *d, const char *id) {
+static store_result forget(data_store *d, const char *id) {
   const store_result result = store_data_remove(d->store, id);
   if (result == STORE_OK) keep_drop(store_data_files(d->store), id);
   return result;
 }
 
 static double due(void *self) {
-  const data *d = self;
+  const data_store *d = self;
   return loop_now() + (d->expiry - unix_now());
 }
 
 /* Drops one that is old; the rest has its turn when the loop comes round. */
 static void run(void *self) {
-  data *d = self;
+  data_store *d = self;
   char id[DATA_ID];
   const double now = unix_now();
   if (now < d->expiry) return;
@@ -48,37 +48,36 @@ static void run(void *self) {
 /* ---- The whole ---- */
 
 static bool is_wanted(void *context, const char *name) {
-  data *d = context;
+  data_store *d = context;
   data_row row;
   return store_data(d->store, name, &row) == STORE_OK;
 }
 
-data *data_new(loop *l, const parameters *set, store *s) {
-  data *d = calloc(1, sizeof *d);
+data_store *data_new(loop *l, const parameters *set, store *s) {
+  data_store *d = calloc(1, sizeof *d);
   if (d == NULL) return NULL;
-  *d = (data){.set = set, .store = s, .expiry = store_data_first_expiry(s)};
+  *d = (data_store){.set = set, .store = s, .expiry = store_data_first_expiry(s)};
   keep_sweep(store_data_files(s), is_wanted, d);
   loop_add(l, (loop_chore){due, run, d});
   return d;
 }
 
-void data_free(data **d) {
+void data_free(data_store **d) {
   free(*d);
   *d = NULL;
 }
 
 /* ---- Objects ---- */
 
-store_result data_find(data *d, const char *id, data_row *row) {
-  const bool is_id =
-      strlen(id) == DATA_ID - 1 && strspn(id, "0123456789abcdef") == DATA_ID - 1;
+store_result data_find(data_store *d, const char *id, data_row *row) {
+  const bool is_id = strlen(id) == DATA_ID - 1 && strspn(id, "0123456789abcdef") == DATA_ID - 1;
   const store_result result = is_id ? store_data(d->store, id, row) : STORE_NONE;
-  const bool is_over = result == STORE_OK && row->expires <= unix_now() &&
-                       !store_data_is_pinned(d->store, id);
+  const bool is_over =
+      result == STORE_OK && row->expires <= unix_now() && !store_data_is_pinned(d->store, id);
   return is_over ? STORE_NONE : result;
 }
 
-static data_result renew(data *d, const char *type, data_row *row) {
+static data_result renew(data_store *d, const char *type, data_row *row) {
   const double expires = unix_now() + d->set->data_seconds;
   if (strcmp(row->type, type) != 0) return DATA_OTHER;
   if (store_data_renew(d->store, row->id, expires) != STORE_OK) return DATA_FAILED;
@@ -93,7 +92,7 @@ static data_result failure(void) {
 }
 
 /* The file first, then the row that refers to it. */
-static data_result write_new(data *d, int fd, data_row *row) {
+static data_result write_new(data_store *d, int fd, data_row *row) {
   const int at = store_data_files(d->store);
   if (store_data_bytes(d->store) + row->size > d->set->data_bytes) return DATA_QUOTA;
   if (!keep_file(at, row->id, fd, (size_t)row->size)) return failure();
@@ -104,7 +103,7 @@ static data_result write_new(data *d, int fd, data_row *row) {
   return result == STORE_FULL ? DATA_FULL : DATA_FAILED;
 }
 
-data_result data_add(data *d, const char *type, int fd, size_t size, data_row *row) {
+data_result data_add(data_store *d, const char *type, int fd, size_t size, data_row *row) {
   char id[DIGEST_TEXT];
   if (!digest_file(NULL, fd, size, id)) return failure();
   const store_result known = store_data(d->store, id, row);
@@ -117,10 +116,10 @@ data_result data_add(data *d, const char *type, int fd, size_t size, data_row *r
   return write_new(d, fd, row);
 }
 
-int data_open(data *d, const data_row *row) {
+int data_open(data_store *d, const data_row *row) {
   return keep_open(store_data_files(d->store), row->id);
 }
 
-store_result data_drop(data *d, const data_row *row) {
+store_result data_drop(data_store *d, const data_row *row) {
   return store_data_is_pinned(d->store, row->id) ? STORE_FULL : forget(d, row->id);
 }

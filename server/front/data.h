@@ -10,11 +10,11 @@
 #include "param.h"
 #include "store.h"
 
-typedef struct data data;
+typedef struct data_store data_store;
 
 /* Drops files that no row knows (a daemon ended while it wrote one). NULL when out of memory. */
-data *data_new(loop *l, const parameters *set, store *s);
-void data_free(data **d);
+data_store *data_new(loop *l, const parameters *set, store *s);
+void data_free(data_store **d);
 
 typedef enum {
   DATA_NEW,
@@ -25,17 +25,17 @@ typedef enum {
   DATA_FAILED, /* the log knows */
 } data_result;
 
-/* Keeps the first `size` bytes of fd, durably. *row is the object, also if it is DATA_OTHER. Cost: a
- * SHA-256 and, for a new one, a copy and three fsyncs. */
-data_result data_add(data *d, const char *type, int fd, size_t size, data_row *row);
+/* Keeps the first `size` bytes of fd, durably. *row is the object, also if it is DATA_OTHER. Cost:
+ * a SHA-256 and, for a new one, a copy and three fsyncs. */
+data_result data_add(data_store *d, const char *type, int fd, size_t size, data_row *row);
 
 /* STORE_NONE for an id that is none, too. */
-store_result data_find(data *d, const char *id, data_row *row);
+store_result data_find(data_store *d, const char *id, data_row *row);
 
 /* Opens the bytes of an object for reading; -1 with errno. */
-int data_open(data *d, const data_row *row);
+int data_open(data_store *d, const data_row *row);
 
 /* STORE_FULL: a job needs it. */
-store_result data_drop(data *d, const data_row *row);
+store_result data_drop(data_store *d, const data_row *row);
 
 #endif

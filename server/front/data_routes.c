@@ -7,7 +7,6 @@
 
 #include "data.h"
 #include "http.h"
-#include "instant.h"
 #include "job_status.h"
 #include "media.h"
 #include "negotiate.h"
@@ -58,14 +57,15 @@ void data_begin(const service *s, exchange *x) {
 }
 
 static void reply_object(upload *u, int status, const data_row *row) {
-  char created[INSTANT], expires[INSTANT], *bytes = NULL;
+  char created[32], expires[32], *bytes = NULL;
   exchange *x = u->x;
+  job_status_time(row->created, created);
+  job_status_time(row->expires, expires);
   const int length = asprintf(
       &bytes,
       "{\"id\":\"%s\",\"href\":\"%s/data/%s\",\"type\":\"%s\",\"size\":%lld,\"created\":\"%s\","
       "\"expires\":\"%s\"}",
-      row->id, x->base, row->id, row->type, (long long)row->size,
-      instant_text(row->created, created), instant_text(row->expires, expires));
+      row->id, x->base, row->id, row->type, (long long)row->size, created, expires);
   if (length < 0) {
     exchange_refuse(x, 503, "out of memory");
     return;

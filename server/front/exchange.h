@@ -32,7 +32,7 @@ typedef struct {
   exchange_source source; /* in place of bytes, if it has `read` */
   int fd;                 /* closed once sent */
   const void *bytes;
-  void *owned; /* freed once sent; NULL if `bytes` are borrowed for ever */
+  void *owned;   /* freed once sent; NULL if `bytes` are borrowed for ever */
   size_t offset; /* in fd, of the first byte that is sent */
   size_t size;
   int fields;

@@ -54,7 +54,8 @@ void range_apply(exchange *x, const char *tag) {
   const size_t size = x->reply.size;
   if (x->reply.status != 200 || x->reply.coding != CODING_IDENTITY) return;
   exchange_add(x, "Accept-Ranges", "bytes");
-  const char *field = strcmp(x->method, "GET") == 0 ? http_field(x, "Range", room, sizeof room) : NULL;
+  const char *field =
+      strcmp(x->method, "GET") == 0 ? http_field(x, "Range", room, sizeof room) : NULL;
   if (field == NULL || !is_known(x, tag)) return;
   const range_kind kind = range_of(field, size, &first, &length);
   if (kind == RANGE_OUTSIDE) {
