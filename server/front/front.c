@@ -136,8 +136,12 @@ static bool start(front *f, fault *why) {
   if (f->service.jobs == NULL) return false;
   f->service.waits = waits_new(f->loop);
   f->service.streams = streams_new(f->loop, f->set);
-  if (f->service.waits == NULL || f->service.streams == NULL)
+  f->service.outbound = outbound_new(f->loop);
+  f->service.callbacks = callbacks_new(f->loop, &f->service);
+  if (f->service.waits == NULL || f->service.streams == NULL || f->service.outbound == NULL ||
+      f->service.callbacks == NULL) {
     return fault_set(why, "out of memory");
+  }
   const http_handler handler = route_handler(&f->service);
   f->http = http_new(f->loop, f->set, f->listener.fd, f->listener.host, &handler, why);
   if (f->http == NULL) return false;
