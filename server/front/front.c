@@ -127,9 +127,8 @@ static void stop_run(void *self) {
 /* Objects under /data, and what workers ask for. */
 static bool start_values(front *f) {
   service *s = &f->service;
-  if (s->outbound == NULL) s->outbound = outbound_new(f->loop);
   s->data = data_new(f->loop, f->set, s->store);
-  s->fetches = s->data != NULL && s->outbound != NULL ? fetches_new(s) : NULL;
+  s->fetches = s->data != NULL ? fetches_new(s) : NULL;
   return s->fetches != NULL;
 }
 
@@ -147,8 +146,12 @@ static bool start(front *f, fault *why) {
   if (f->service.jobs == NULL) return false;
   f->service.waits = waits_new(f->loop);
   f->service.streams = streams_new(f->loop, f->set);
-  if (f->service.waits == NULL || f->service.streams == NULL)
+  f->service.outbound = outbound_new(f->loop);
+  f->service.callbacks = callbacks_new(f->loop, &f->service);
+  if (f->service.waits == NULL || f->service.streams == NULL || f->service.outbound == NULL ||
+      f->service.callbacks == NULL) {
     return fault_set(why, "out of memory");
+  }
   if (!start_values(f)) return fault_set(why, "out of memory");
   const http_handler handler = route_handler(&f->service);
   f->http = http_new(f->loop, f->set, f->listener.fd, f->listener.host, &handler, why);

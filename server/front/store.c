@@ -467,8 +467,13 @@ store_result store_add(store *s, job_row *row, const job_extra *extra) {
   bind_text(s, ADD, ":digest", extra->digest);
   bind_text(s, ADD, ":base", extra->base);
   for (int k = 0; k < 3; k++) bind_text(s, ADD, uris[k], extra->uri[k]);
-  const store_result result = run(s, ADD);
+  store_result result = run(s, ADD);
   if (result == STORE_OK) row->number = sqlite3_last_insert_rowid(s->db);
+  for (int k = 0; k < JOB_PINS && *extra->pin[k] != '\0' && result == STORE_OK; k++) {
+    bind_text(s, PIN, ":id", extra->pin[k]);
+    bind_long(s, PIN, ":number", row->number);
+    result = run(s, PIN);
+  }
   return result;
 }
 
@@ -556,8 +561,10 @@ store_result store_remove(store *s, int64_t number) {
   if (result != STORE_OK) return result;
   bind_long(s, REMOVE_LOG, ":number", number);
   bind_long(s, REMOVE_CALLS, ":number", number);
+  bind_long(s, UNPIN, ":number", number);
   const store_result calls = run(s, REMOVE_CALLS), lines = run(s, REMOVE_LOG);
-  return calls != STORE_OK ? calls : lines;
+  const store_result pins = run(s, UNPIN);
+  return calls != STORE_OK ? calls : lines != STORE_OK ? lines : pins;
 }
 
 store_result store_part_states(store *s, int64_t parent, int64_t count[JOB_STATES]) {
