@@ -13,7 +13,9 @@
 #include <unistd.h>
 
 #include "callback.h"
+#include "data.h"
 #include "events.h"
+#include "fetch.h"
 #include "listener.h"
 #include "log.h"
 #include "outbound.h"
@@ -122,6 +124,14 @@ static void stop_run(void *self) {
   stop_now(self);
 }
 
+/* Objects under /data, and what workers ask for. */
+static bool start_values(front *f) {
+  service *s = &f->service;
+  s->data = data_new(f->loop, f->set, s->store);
+  s->fetches = s->data != NULL ? fetches_new(s) : NULL;
+  return s->fetches != NULL;
+}
+
 static bool start(front *f, fault *why) {
   if (!find_data_dir(f->set, why) || !raise_descriptors(f->set, why)) return false;
   if (!listener_open(&f->listener, f->set->listen, why)) return false;
@@ -142,6 +152,7 @@ static bool start(front *f, fault *why) {
       f->service.callbacks == NULL) {
     return fault_set(why, "out of memory");
   }
+  if (!start_values(f)) return fault_set(why, "out of memory");
   const http_handler handler = route_handler(&f->service);
   f->http = http_new(f->loop, f->set, f->listener.fd, f->listener.host, &handler, why);
   if (f->http == NULL) return false;
@@ -162,6 +173,8 @@ static void end(front *f) {
   http_free(&f->http);
   if (f->service.pool != NULL) pool_stop(f->service.pool);
   callbacks_free(&f->service.callbacks);
+  fetches_free(&f->service.fetches);
+  data_free(&f->service.data);
   outbound_free(&f->service.outbound);
   jobs_free(&f->service.jobs);
   waits_free(&f->service.waits);

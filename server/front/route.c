@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "data_routes.h"
 #include "events.h"
 #include "execute.h"
 #include "field.h"
@@ -107,6 +108,9 @@ static const route table[] = {
     {"GET", "/jobs/{}/events", NULL, events_serve, events_end},
     {"GET", "/jobs/{}/results", NULL, job_results_serve, job_results_end},
     {"GET", "/jobs/{}/results/{}", NULL, job_results_serve, job_results_end},
+    {"POST", "/data", data_begin, data_serve, data_end},
+    {"GET", "/data/{}", NULL, data_get, NULL},
+    {"DELETE", "/data/{}", NULL, data_delete, NULL},
     {"GET", "/healthz", NULL, get_healthz, NULL},
     {"GET", "/readyz", NULL, get_readyz, NULL},
 };
