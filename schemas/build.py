@@ -29,6 +29,11 @@ CASES = [
 ]
 JSON = "application/json"
 CBOR = "application/cbor"
+NPY = "application/x-npy"
+CSV = "text/csv"
+VTP = "application/vnd.vtk.vtp+xml"
+MULTIPART = "multipart/related"
+AT_POINTS = {"scalar-array.json", "vector-array.json", "count-array.json"}
 PROBLEM = "application/problem+json"
 OPENAPI = "application/vnd.oai.openapi+json;version=3.0"
 HTML = "text/html"
@@ -116,7 +121,7 @@ def is_object(schema):
 
 def input_schema(schema):
     """An input bare, or as the qualified value of OGC API - Processes."""
-    return {"anyOf": [schema, qualified(schema)]}
+    return {"anyOf": [schema, qualified(schema), {"$ref": "reference.json"}]}
 
 
 def qualified(schema):
@@ -161,14 +166,15 @@ def result_schema(name):
 
 
 def output_schema(schema):
-    if not is_object(schema):
-        return schema
-    return {
-        "type": "object",
-        "description": "The object under `value`.",
-        "required": ["value"],
-        "properties": {"value": schema},
-    }
+    """An output in a result document: by value, or as the request asked for it."""
+    if is_object(schema):
+        schema = {
+            "type": "object",
+            "description": "The object under `value`.",
+            "required": ["value"],
+            "properties": {"value": schema},
+        }
+    return {"anyOf": [schema, {"$ref": "encoded.json"}, {"$ref": "reference.json"}]}
 
 
 # --- Process descriptions ----------------------------------------------------------------------
@@ -187,7 +193,7 @@ def summary(name, version):
         "version": version,
         "keywords": source["keywords"],
         "jobControlOptions": source.get("control", CONTROL),
-        "outputTransmission": ["value"],
+        "outputTransmission": source.get("transmission", ["value", "reference"]),
         "links": [
             link(f"/processes/{name}", "self", JSON, "Description of this process"),
             link(f"/processes/{name}/execution", RELATION + "execute", JSON, "Run this process"),
@@ -200,7 +206,7 @@ def description(name, version):
     whole = summary(name, version)
     links = whole.pop("links") + [link("/processes", "up", JSON, "All processes")]
     inputs = {key: described_input(item) for key, item in source["inputs"].items()}
-    outputs = {key: described(item) for key, item in source["outputs"].items()}
+    outputs = {key: described_output(item) for key, item in source["outputs"].items()}
     return {**whole, "inputs": inputs, "outputs": outputs, "links": links}
 
 
@@ -210,6 +216,21 @@ def described(item):
         "description": item["description"],
         "schema": inline(item["schema"]),
     }
+
+
+def forms(schema):
+    """The media types other than JSON and CBOR that one output can be had in."""
+    if schema.get("$ref") in AT_POINTS:
+        return [NPY, CSV, VTP]
+    is_numbers = schema.get("items", {}).get("type") in ("number", "integer")
+    return [NPY, CSV] if is_numbers else []
+
+
+def described_output(item):
+    whole = described(item)
+    more = [{"description": f"The same as {media}.", "type": "string", "format": "binary",
+             "contentMediaType": media} for media in forms(item["schema"])]
+    return {**whole, "schema": {"oneOf": [whole["schema"], *more]} if more else whole["schema"]}
 
 
 def described_input(item):
@@ -250,6 +271,7 @@ FAILURES = {
     "404": "There is no such resource.",
     "406": "None of the media types or codings accepted can be served.",
     "408": "The request did not arrive in time.",
+    "409": "Something stands in the way: other bytes, or a job that needs it.",
     "410": "The job was dismissed.",
     "411": "There is no body.",
     "413": "The body is larger than the limit.",
@@ -408,11 +430,13 @@ def job_paths():
     status["get"]["responses"]["304"] = status["head"]["responses"]["304"] = {
         "description": "Nothing has changed."}
     gone = ("404", "406", "410", "422", "500", "504", "507")
-    forms = (JSON, CBOR, NDJSON)
+    every_form = (JSON, CBOR, VTP, CSV, MULTIPART, NDJSON)
     results = get("results", "jobs", "The results of a successful job, or why it failed.", value,
-                  *gone, media=forms)
+                  *gone, media=every_form)
     output = get("result", "jobs", "One output of a successful job.", value, *gone,
-                 media=(JSON, CBOR))
+                 media=(JSON, CBOR, NPY, VTP, CSV), parameters=[RANGE])
+    output["get"]["responses"].update(PARTS)
+    results["get"]["responses"]["204"] = {"description": NO_VALUES}
     events = get("events", "jobs", "What happens to a job, as it happens.",
                  {"type": "string", "description": "Server-sent events status, progress, phase."},
                  "404", "406", media=(EVENTS,), parameters=[
@@ -428,6 +452,55 @@ def job_paths():
         "/jobs/{jobID}/results/{output}": {**of_output, **output},
         "/jobs/{jobID}/events": {**of_job, **events},
     }
+
+
+NO_VALUES = "response raw, all outputs by reference: Link fields tell where they are."
+RANGE = field("Range", "bytes=FIRST-LAST: a part of the bytes.")
+PARTS = {
+    "206": {"description": "The part that Range asked for."},
+    "416": {"description": "Range lies outside of what there is."},
+}
+
+
+def upload():
+    """POST /data."""
+    known = answer("It was there before; it stays longer now.", component("data-object"), JSON)
+    made = answer("It is kept.", component("data-object"), JSON)
+    made["headers"] = {"Location": {"description": "Where it is.", "schema": {"type": "string"}}}
+    anything = {"description": "A cloud, or an array of numbers."}
+    failed = failures(*OF_EVERY_REQUEST, "406", "409", "411", "413", "415", "422", "500", "501",
+                      "504", "507")
+    operation = {
+        "operationId": "upload",
+        "tags": ["data"],
+        "summary": "Keep a cloud or an array, to be used in many requests.",
+        "description": "Content-addressed: the same bytes are one object. It expires (data-seconds) "
+        "unless it is uploaded again, or a job that waits or runs refers to it.",
+        "requestBody": {"required": True, "content": body(anything, JSON, CBOR, NPY, CSV)},
+        "responses": {"200": known, "201": made, **failed},
+    }
+    return {"post": operation, "options": options("upload", "data")}
+
+
+def data_paths():
+    """What is under /data."""
+    anything = {"description": "The bytes as they were uploaded."}
+    of_object = {"parameters": [path_part("id", "SHA-256 of the bytes, hexadecimal.")]}
+    one = get("data", "data", "An object.", anything, "404", "406", "500",
+              media=(JSON, CBOR, NPY, CSV),
+              parameters=[RANGE, field("If-Range", "An ETag: the part only if it is this."),
+                          field("If-None-Match", "An ETag: 304 if it is this.")])
+    one["get"]["responses"].update(PARTS)
+    for method in ("get", "head"):
+        one[method]["responses"]["304"] = {"description": "It is what the client has."}
+    removal = {
+        "operationId": "remove",
+        "tags": ["data"],
+        "summary": "Forget an object.",
+        "responses": {"204": {"description": "It is gone."},
+                      **failures(*OF_EVERY_REQUEST, "404", "409", "500", "507")},
+    }
+    return {"/data": upload(), "/data/{id}": {**of_object, **one, "delete": removal}}
 
 
 def callbacks():
@@ -470,7 +543,8 @@ def execution():
         "summary": "Run a process, and wait for its results or not.",
         "description": "Bodies are JSON or CBOR (typed arrays of RFC 8746) by Content-Type and "
         "Accept, plain, gzip or zstd by Content-Encoding and Accept-Encoding. `response` raw with "
-        "one output gives its bare value. With `Prefer: respond-async` the request becomes a job; a "
+        "one output gives its bare value, of an array also as .npy; with several multipart/related if "
+        "asked for. Values per point come as CSV and VTP too. With `Prefer: respond-async` the request becomes a job; a "
         "batch always does.",
         "parameters": [
             field("Prefer", "respond-async: make it a job; wait=N: answer with the results if they "
@@ -483,8 +557,12 @@ def execution():
         ],
         "callbacks": callbacks(),
         "requestBody": {"required": True, "content": body(requests, JSON, CBOR)},
-        "responses": {"200": answer("The results.", results, JSON, CBOR), "201": created(),
-                      **failed},
+        "responses": {
+            "200": answer("The results.", results, JSON, CBOR, NPY, VTP, CSV, MULTIPART),
+            "201": created(),
+            "204": {"description": NO_VALUES},
+            **failed,
+        },
     }
     return {"post": operation, "options": options("execute", "execution")}
 
@@ -521,6 +599,7 @@ def paths():
         "/processes/{processID}": {**of_process, **one},
         "/processes/{processID}/execution": {**of_process, **execution()},
         **job_paths(),
+        **data_paths(),
         "/healthz": get("health", "state", "Whether the daemon lives.", health),
         "/readyz": get("ready", "state", "Whether requests are answered.", health),
     }
@@ -557,6 +636,8 @@ def openapi(version):
             {"name": "service", "description": "What this service is."},
             {"name": "processes", "description": "What it can do."},
             {"name": "execution", "description": "Doing it."},
+            {"name": "jobs", "description": "Doing it later."},
+            {"name": "data", "description": "What requests have in common."},
             {"name": "state", "description": "How it does."},
         ],
         "paths": paths(),
