@@ -186,9 +186,10 @@ sct_status sct_limited_iterate(sct_limited_iteration *it, const sct_limited_equa
 }
 
 void sct_limited_relax(sct_solve_options *solve) {
-  static const double enough = 1e-8;
-  solve->backward_error = fmax(solve->backward_error, enough);
-  solve->tolerance = enough;
+  const bool chooses = solve->method == NULL || strcmp(solve->method, "auto") == 0;
+  if (chooses && solve->dim < 3) solve->method = "direct";
+  solve->backward_error = fmax(solve->backward_error, 1e-8);
+  solve->tolerance = 1e-4;
 }
 
 static sct_status substitute(void *solver, const double *r, double *x, sct_error *err) {

@@ -36,9 +36,9 @@ SCT_NODISCARD sct_status sct_limited_add_edges(sct_limited *limited, int64_t i, 
                                                const int32_t *index, const double *convection,
                                                const double *pair, sct_error *err);
 
-/* Makes and adds the gradient of point i: the scheme's own, or that of the edges for mps and ps and
- * on points with a condition. Points without neighbours have none if they are `given`.
- * Statuses of sct_stencil_row, SCT_E_MEMORY. */
+/* Makes and adds the gradient of point i: that of ips for mps and ps, else the scheme's own, and
+ * that of the edges on points with a condition. A Dirichlet point whose neighbours carry none gets
+ * n = 0. Statuses of sct_stencil_row, SCT_E_MEMORY. */
 SCT_NODISCARD sct_status sct_limited_add_gradient(sct_limited *limited, const sct_stencil *stencil,
                                                   int64_t i, sct_condition condition,
                                                   sct_room *room, sct_error *err);

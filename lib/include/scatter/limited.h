@@ -5,11 +5,10 @@
  * phi_ij the value half-way to j, reconstructed from its upwind side with D = phi_j - phi_i:
  *   k_ij > 0: phi_i + l(2 G_i . r_j - D, D) / 2      k_ij < 0: phi_j - l(2 G_j . r_j - D, D) / 2
  *   l(a, b) = a b (a + b) / (a^2 + b^2) where a b > 0, else 0       (van Albada et al. 1982) (2)
- * G is the scheme's own gradient (ips: linear, lsmps: of its degree), that of the edges for mps and
- * ps and on points with a condition. In the first case the first argument of l is cut off at
- *   -2 max_j D <= a <= -2 min_j D                                                            (3)
- * the last D running over all neighbours of i, and a pair weight a_ij < 0 of a diffusion or of a
- * normal derivative acts on D cut off in the same way.
+ * G is the gradient of ips for mps and ps, else the scheme's own (lsmps: of second degree), and
+ * that of the edges on points with a condition. In the first case the first argument of l is cut
+ * off at -2 max_j D <= a <= -2 min_j D (3) the last D running over all neighbours of i, and a pair
+ * weight a_ij < 0 of a diffusion or of a normal derivative acts on D cut off in the same way.
  *
  * The system of such a stencil holds the first-order part as a matrix A,
  *   A phi: sum_j (a_ij + 2 max(0, -k_ij)) (phi_i - phi_j) + k_i phi_i,
@@ -50,8 +49,10 @@ double sct_limited_reach(const sct_system *system, int64_t row);
 enum { SCT_LIMITED_HISTORY = 512, SCT_LIMITED_ITERATIONS = 200 };
 #define SCT_LIMITED_TOLERANCE 1e-8
 
-/* Lowers what is asked of one back-substitution, of a direct solver or an iterative one, to 1e-8:
- * the iteration refines by itself. */
+/* Sets what is asked of one back-substitution: a backward error of 1e-8 of a direct solver, a
+ * relative residual of 1e-4 of an iterative one, for the iteration refines by itself; and, where
+ * the method is left to choose, a direct one in one and two dimensions, whose factors serve it some
+ * 30 times. */
 void sct_limited_relax(sct_solve_options *solve);
 
 typedef struct {
@@ -72,7 +73,8 @@ typedef struct {
  * given, solution out; `report` and `work` may be NULL; progress is phase "solve".
  * SCT_E_CONVERGENCE if the change is still above the tolerance after max_iterations: phi is then
  * the last iterate and no solution. SCT_E_MEMORY, SCT_E_CANCELLED, statuses of sct_solver_solve.
- * Cost: one back-substitution and one correction per iteration; 8 to 50 of them (lib/README.md).
+ * Cost: one back-substitution and one correction per iteration; 5 to 51 of them, more, or no end,
+ * on closed streamlines with next to no diffusion (lib/README.md).
  * Proof: verify.limited (bounds, order, iterations, Smith-Hutton), unit.limited (failures) */
 SCT_NODISCARD sct_status sct_limited_solve(const sct_system *system, sct_solver *solver,
                                            const sct_limited_options *options, const sct_work *work,

@@ -37,9 +37,11 @@ extern "C" {
  *   published  w - (16/5) (h/L) (|u|/U) beta(s gamma) c |c| / |w'(1/2)|, what [H11] ran; scheme
  *              mps, kernel center, radius 2 only. Dimensionally inconsistent: for reproduction.
  *   limited    w, in a linear fit whose constant is free, for every scheme: sum_j g_ij = 0. Only
- * its upwind half goes into a matrix; limited.h adds the rest. Normal derivatives are linear, for
- * lsmps too: their weights have the right sign or nearly so mps and ps use it in the sum, S_w stays
- * that of w; the matrix schemes use it in M and b of a gradient of first degree. */
+ *              its upwind half goes into a matrix, limited.h adds the rest; not for lsmps above
+ *              degree 2.
+ * mps and ps use W in the sum, S_w stays that of w; the matrix schemes use it in M and b of a
+ * gradient of first degree. With `limited` normal derivatives are linear for lsmps too: their
+ * weights have the right sign, or nearly so. */
 #define SCT_UPWIND_LIST(X)             \
   X(SCT_UPWIND_NONE, "none")           \
   X(SCT_UPWIND_EXACT, "exact")         \
