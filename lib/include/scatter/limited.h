@@ -7,8 +7,10 @@
  *   l(a, b) = a b (a + b) / (a^2 + b^2) where a b > 0, else 0       (van Albada et al. 1982) (2)
  * G is the gradient of ips for mps and ps, else the scheme's own (lsmps: of second degree), and
  * that of the edges on points with a condition. In the first case the first argument of l is cut
- * off at -2 max_j D <= a <= -2 min_j D (3) the last D running over all neighbours of i, and a pair
- * weight a_ij < 0 of a diffusion or of a normal derivative acts on D cut off in the same way.
+ * off at
+ *   -2 max_j D <= a <= -2 min_j D                                                            (3)
+ * the last D running over all neighbours of i, and a pair weight a_ij < 0 of a diffusion or of a
+ * normal derivative acts on D cut off in the same way.
  *
  * The system of such a stencil holds the first-order part as a matrix A,
  *   A phi: sum_j (a_ij + 2 max(0, -k_ij)) (phi_i - phi_j) + k_i phi_i,
