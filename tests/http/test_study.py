@@ -161,6 +161,31 @@ class Flows(Study):
             self.assertLess(row.rms, 0.06)
 
 
+class Defaults(Study):
+    """The operator that is left out is the one that the description says."""
+
+    INPUTS = {"cloud": {"lattice": {"lower": [0, 0], "upper": [1, 1], "cells": [9, 9],
+                                    "jitter": 0.4}},
+              "diffusivity": 1, "velocity": [3, 1], "source": 1,
+              "boundary": [{"on": "boundary", "type": "dirichlet", "value": "x*y"}]}
+
+    def test_of_solve(self):
+        said = self.get("/processes/solve").json["inputs"]["operator"]["description"]
+        for words in ("lsmps of degree 2", "kernel rational", "weight kernel/r2", "radius 2.1",
+                      "upwind none"):
+            self.assertIn(words, said)
+        operator = {"scheme": "lsmps", "degree": 2, "kernel": "rational", "weight": "kernel/r2",
+                    "radius": 2.1, "upwind": "none"}
+        left_out, given = (self.client.post("solve", {"inputs": {**self.INPUTS, **more}}).solution
+                           for more in ({}, {"operator": operator}))
+        self.assertEqual(left_out.tolist(), given.tolist())
+        for name, value in {"radius": 2.5, "degree": 3, "kernel": "bell", "weight": "kernel",
+                            "upwind": "cosine", "scheme": "ips"}.items():
+            other = self.client.post("solve", {"inputs": {**self.INPUTS, "operator":
+                                                          {**operator, name: value}}}).solution
+            self.assertNotEqual(left_out.tolist(), other.tolist(), name)
+
+
 class Huang(Study):
     """Tables 1 to 5 of Huang et al. 2011, every number. What is expected of each is said in
     tests/verify/verify_huang2011.c."""
