@@ -141,10 +141,11 @@ def triangulation(x: numpy.ndarray) -> Any:
     for k in range(3):
         for end in (corners, numpy.roll(corners, 1, axis=1)):
             numpy.minimum.at(spacing, end[:, k], sides[:, k])
-    widest = spacing.copy()  # of the points around: strewn points have some that nearly touch
-    for k in range(3):
-        numpy.maximum.at(widest, corners[:, k], spacing[corners].max(axis=1))
-    too_long = sides.max(axis=1) > LONG * widest[corners].mean(axis=1)
+    for _ in range(2):  # the widest around: strewn points have some that nearly touch
+        around = spacing[corners].max(axis=1)
+        for k in range(3):
+            numpy.maximum.at(spacing, corners[:, k], around)
+    too_long = sides.max(axis=1) > LONG * spacing[corners].mean(axis=1)
     if too_long.all():
         return None
     made.set_mask(too_long)
