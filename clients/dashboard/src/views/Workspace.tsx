@@ -123,9 +123,10 @@ function Problem({ request, processes, runner, look, onChange }: ProblemProps) {
         {fits && <Editor description={description as ProcessDescription} request={request} errors={errors} onChange={onChange} />}
       </div>
       <div class="problem-foot">
+        {/* with keys: the button clicked must not turn into the other while it is being clicked */}
         {run.state === 'running'
-          ? <button type="button" class="main danger" onClick={runner.cancel}>Cancel</button>
-          : <button type="submit" class="main" disabled={!fits} title="Ctrl + Enter">Solve</button>}
+          ? <button key="cancel" type="button" class="main danger" onClick={runner.cancel}>Cancel</button>
+          : <button key="solve" type="submit" class="main" disabled={!fits} title="Ctrl + Enter">Solve</button>}
         {jobs
           ? <label class="toggle"><input type="checkbox" checked={asJob} onChange={(event) => setAsJob(event.currentTarget.checked)} /> as a job</label>
           : jobs === false && <span class="hint">This daemon keeps no jobs</span>}
