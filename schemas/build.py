@@ -20,17 +20,26 @@ import study
 HERE = pathlib.Path(__file__).resolve().parent
 RELATION = "http://www.opengis.net/def/rel/ogc/1.0/"
 CONFORMANCE = "http://www.opengis.net/spec/ogcapi-processes-1/1.0/conf/"
-CLASSES = ["core", "json", "oas30", "ogc-process-description"]
-PROCESSES = ["solve", "apply", "diagnose", "study", "echo"]
+CLASSES = ["core", "json", "oas30", "ogc-process-description", "job-list", "dismiss", "callback"]
+PROCESSES = ["solve", "apply", "diagnose", "study", "flow", "echo", "batch"]
+CONTROL = ["sync-execute", "async-execute", "dismiss"]
 CASES = [
     *("laplace", "smooth", "gartland", "smith-hutton", "skew", "three-point"),
     *("sine-1d", "sine-2d", "sine-3d", "diffusion-1d", "diffusion-2d", "diffusion-3d"),
+    *("cavity", "step"),
 ]
 JSON = "application/json"
 CBOR = "application/cbor"
+NPY = "application/x-npy"
+CSV = "text/csv"
+VTP = "application/vnd.vtk.vtp+xml"
+MULTIPART = "multipart/related"
+AT_POINTS = {"scalar-array.json", "vector-array.json", "count-array.json"}
 PROBLEM = "application/problem+json"
 OPENAPI = "application/vnd.oai.openapi+json;version=3.0"
 HTML = "text/html"
+NDJSON = "application/x-ndjson"
+EVENTS = "text/event-stream"
 PAGE = {"description": "The same for reading.", "type": "string"}
 TITLE = "scatterd"
 ABOUT = "Partial differential equations solved on scattered particle clouds, over HTTP."
@@ -113,7 +122,7 @@ def is_object(schema):
 
 def input_schema(schema):
     """An input bare, or as the qualified value of OGC API - Processes."""
-    return {"anyOf": [schema, qualified(schema)]}
+    return {"anyOf": [schema, qualified(schema), {"$ref": "reference.json"}]}
 
 
 def qualified(schema):
@@ -158,14 +167,15 @@ def result_schema(name):
 
 
 def output_schema(schema):
-    if not is_object(schema):
-        return schema
-    return {
-        "type": "object",
-        "description": "The object under `value`.",
-        "required": ["value"],
-        "properties": {"value": schema},
-    }
+    """An output in a result document: by value, or as the request asked for it."""
+    if is_object(schema):
+        schema = {
+            "type": "object",
+            "description": "The object under `value`.",
+            "required": ["value"],
+            "properties": {"value": schema},
+        }
+    return {"anyOf": [schema, {"$ref": "encoded.json"}, {"$ref": "reference.json"}]}
 
 
 # --- Process descriptions ----------------------------------------------------------------------
@@ -183,8 +193,8 @@ def summary(name, version):
         "description": source["description"],
         "version": version,
         "keywords": source["keywords"],
-        "jobControlOptions": ["sync-execute"],
-        "outputTransmission": ["value"],
+        "jobControlOptions": source.get("control", CONTROL),
+        "outputTransmission": source.get("transmission", ["value", "reference"]),
         "links": [
             link(f"/processes/{name}", "self", JSON, "Description of this process"),
             link(f"/processes/{name}/execution", RELATION + "execute", JSON, "Run this process"),
@@ -197,7 +207,7 @@ def description(name, version):
     whole = summary(name, version)
     links = whole.pop("links") + [link("/processes", "up", JSON, "All processes")]
     inputs = {key: described_input(item) for key, item in source["inputs"].items()}
-    outputs = {key: described(item) for key, item in source["outputs"].items()}
+    outputs = {key: described_output(item) for key, item in source["outputs"].items()}
     return {**whole, "inputs": inputs, "outputs": outputs, "links": links}
 
 
@@ -207,6 +217,21 @@ def described(item):
         "description": item["description"],
         "schema": inline(item["schema"]),
     }
+
+
+def forms(schema):
+    """The media types other than JSON and CBOR that one output can be had in."""
+    if schema.get("$ref") in AT_POINTS:
+        return [NPY, CSV, VTP]
+    is_numbers = schema.get("items", {}).get("type") in ("number", "integer")
+    return [NPY, CSV] if is_numbers else []
+
+
+def described_output(item):
+    whole = described(item)
+    more = [{"description": f"The same as {media}.", "type": "string", "format": "binary",
+             "contentMediaType": media} for media in forms(item["schema"])]
+    return {**whole, "schema": {"oneOf": [whole["schema"], *more]} if more else whole["schema"]}
 
 
 def described_input(item):
@@ -231,6 +256,7 @@ def landing():
             link("/conformance", "conformance", JSON, "Conformance classes"),
             link("/conformance", RELATION + "conformance", JSON, "Conformance classes"),
             link("/processes", RELATION + "processes", JSON, "The processes"),
+            link("/jobs", RELATION + "job-list", JSON, "The jobs"),
         ],
     }
 
@@ -246,11 +272,14 @@ FAILURES = {
     "404": "There is no such resource.",
     "406": "None of the media types or codings accepted can be served.",
     "408": "The request did not arrive in time.",
+    "409": "Something stands in the way: other bytes, or a job that needs it.",
+    "410": "The job was dismissed.",
     "411": "There is no body.",
     "413": "The body is larger than the limit.",
     "414": "The address is too long.",
     "415": "The media type or content coding of the body is unknown.",
     "422": "The problem is well formed but cannot be solved, or not within the memory of a worker.",
+    "429": "Too many jobs wait; Retry-After says when to come back.",
     "431": "The header is too large.",
     "500": "The worker failed.",
     "501": "The transfer coding of the body is unknown.",
@@ -259,7 +288,7 @@ FAILURES = {
     "507": "There is no room for the body.",
 }
 OF_EVERY_REQUEST = ("400", "408", "414", "431", "503")
-OF_EXECUTION = ("404", "406", "411", "413", "415", "422", "500", "501", "504", "507")
+OF_EXECUTION = ("404", "406", "411", "413", "415", "422", "429", "500", "501", "504", "507")
 ABOUT_PATHS = (
     " HEAD works wherever GET does; OPTIONS tells the methods of a path. A method that a path does "
     "not know is answered 405 with Allow, any other path 404. Every failure is a problem document "
@@ -334,6 +363,176 @@ def parameter_process():
     }
 
 
+def query(name, text, schema):
+    return {"name": name, "in": "query", "description": text, "required": False, "schema": schema}
+
+
+def field(name, text):
+    """A field of the request's header."""
+    text_schema = {"type": "string"}
+    return {"name": name, "in": "header", "description": text, "required": False,
+            "schema": text_schema}
+
+
+def path_part(name, text):
+    text_schema = {"type": "string"}
+    return {"name": name, "in": "path", "description": text, "required": True,
+            "schema": text_schema}
+
+
+def list_of(*names):
+    return {"type": "array", "items": {"type": "string", **({"enum": list(names)} if names else {})}}
+
+
+def job_filters():
+    count = {"type": "integer", "minimum": 0}
+    states = ("accepted", "running", "successful", "failed", "dismissed")
+    found = [
+        query("limit", "Entries of a page (count).",
+              {"type": "integer", "minimum": 1, "maximum": 10000, "default": 10}),
+        query("offset", "Entries before the page (count).", {**count, "default": 0}),
+        query("type", "Kinds of jobs, with commas.", list_of("process")),
+        query("processID", "Processes, with commas.", list_of()),
+        query("status", "States, with commas.", list_of(*states)),
+        query("datetime", "When they were accepted: a time of RFC 3339, or two with / between, one "
+              "of which may be `..`.", {"type": "string"}),
+        query("minDuration", "Least time from start to end (s).", count),
+        query("maxDuration", "Most time from start to end (s).", count),
+        query("parent", "The requests of this batch in place of all other jobs.",
+              {"type": "string"}),
+    ]
+    return [{**one, "style": "form", "explode": False} if one["schema"]["type"] == "array" else one
+            for one in found]
+
+
+def dismissal():
+    return {
+        "operationId": "dismiss",
+        "tags": ["jobs"],
+        "summary": "Stop a job, or drop its results.",
+        "responses": {
+            "200": answer("Its last status.", component("status-info"), JSON),
+            **failures(*OF_EVERY_REQUEST, "404", "410", "500", "507"),
+        },
+    }
+
+
+def job_paths():
+    """What is under /jobs."""
+    value = {"description": "Results, in the form that was asked for."}
+    known = field("If-None-Match", "An ETag: 304 if nothing has changed since.")
+    wait = field("Prefer", "wait=N: the answer may come up to N seconds later, when the job is over "
+                 "or, with If-None-Match, has changed.")
+    of_job = {"parameters": [path_part("jobID", "Name of the job.")]}
+    of_output = {"parameters": [*of_job["parameters"], path_part(
+        "output", "Name of the output; of a batch: number of the request, from 0.")]}
+    status = get("status", "jobs", "How far a job is.", component("status-info"), "404", "406",
+                 "500", parameters=[wait, known])
+    status["get"]["responses"]["304"] = status["head"]["responses"]["304"] = {
+        "description": "Nothing has changed."}
+    gone = ("404", "406", "410", "422", "500", "504", "507")
+    every_form = (JSON, CBOR, VTP, CSV, MULTIPART, NDJSON)
+    results = get("results", "jobs", "The results of a successful job, or why it failed.", value,
+                  *gone, media=every_form)
+    output = get("result", "jobs", "One output of a successful job.", value, *gone,
+                 media=(JSON, CBOR, NPY, VTP, CSV), parameters=[RANGE])
+    output["get"]["responses"].update(PARTS)
+    results["get"]["responses"]["204"] = {"description": NO_VALUES}
+    events = get("events", "jobs", "What happens to a job, as it happens.",
+                 {"type": "string", "description": "Server-sent events status, progress, phase."},
+                 "404", "406", media=(EVENTS,), parameters=[
+                     field("Last-Event-ID", "The last event known: those after it are sent.")])
+    events["get"]["responses"]["204"] = events["head"]["responses"]["204"] = {
+        "description": "The job is over and the client knows."}
+    every = get("jobs", "jobs", "The jobs, the newest first.", component("job-list"), "406", "500",
+                parameters=job_filters())
+    return {
+        "/jobs": every,
+        "/jobs/{jobID}": {**of_job, **status, "delete": dismissal()},
+        "/jobs/{jobID}/results": {**of_job, **results},
+        "/jobs/{jobID}/results/{output}": {**of_output, **output},
+        "/jobs/{jobID}/events": {**of_job, **events},
+    }
+
+
+NO_VALUES = "response raw, all outputs by reference: Link fields tell where they are."
+RANGE = field("Range", "bytes=FIRST-LAST: a part of the bytes.")
+PARTS = {
+    "206": {"description": "The part that Range asked for."},
+    "416": {"description": "Range lies outside of what there is."},
+}
+
+
+def upload():
+    """POST /data."""
+    known = answer("It was there before; it stays longer now.", component("data-object"), JSON)
+    made = answer("It is kept.", component("data-object"), JSON)
+    made["headers"] = {"Location": {"description": "Where it is.", "schema": {"type": "string"}}}
+    anything = {"description": "A cloud, or an array of numbers."}
+    failed = failures(*OF_EVERY_REQUEST, "406", "409", "411", "413", "415", "422", "500", "501",
+                      "504", "507")
+    operation = {
+        "operationId": "upload",
+        "tags": ["data"],
+        "summary": "Keep a cloud or an array, to be used in many requests.",
+        "description": "Content-addressed: the same bytes are one object. It expires (data-seconds) "
+        "unless it is uploaded again, or a job that waits or runs refers to it.",
+        "requestBody": {"required": True, "content": body(anything, JSON, CBOR, NPY, CSV)},
+        "responses": {"200": known, "201": made, **failed},
+    }
+    return {"post": operation, "options": options("upload", "data")}
+
+
+def data_paths():
+    """What is under /data."""
+    anything = {"description": "The bytes as they were uploaded."}
+    of_object = {"parameters": [path_part("id", "SHA-256 of the bytes, hexadecimal.")]}
+    one = get("data", "data", "An object.", anything, "404", "406", "500",
+              media=(JSON, CBOR, NPY, CSV),
+              parameters=[RANGE, field("If-Range", "An ETag: the part only if it is this."),
+                          field("If-None-Match", "An ETag: 304 if it is this.")])
+    one["get"]["responses"].update(PARTS)
+    for method in ("get", "head"):
+        one[method]["responses"]["304"] = {"description": "It is what the client has."}
+    removal = {
+        "operationId": "remove",
+        "tags": ["data"],
+        "summary": "Forget an object.",
+        "responses": {"204": {"description": "It is gone."},
+                      **failures(*OF_EVERY_REQUEST, "404", "409", "500", "507")},
+    }
+    return {"/data": upload(), "/data/{id}": {**of_object, **one, "delete": removal}}
+
+
+def callbacks():
+    def called(text, schema):
+        operation = {
+            "summary": text,
+            "requestBody": {"content": body(schema, JSON)},
+            "responses": {"2XX": {"description": "Understood."}},
+        }
+        return {"post": operation}
+
+    status = component("status-info")
+    results = {"anyOf": [component(f"{name}-result") for name in PROCESSES]}
+    where = "{$request.body#/subscriber/%s}"
+    return {
+        "success": {where % "successUri": called("The results.", results)},
+        "inProgress": {where % "inProgressUri": called("The job runs.", status)},
+        "failed": {where % "failedUri": called("The job failed.", status)},
+    }
+
+
+def created():
+    text = {"type": "string"}
+    found = answer("A job was made of it.", component("status-info"), JSON)
+    found["headers"] = {
+        "Location": {"description": "Address of the job.", "schema": text},
+        "Preference-Applied": {"description": "What was done of Prefer.", "schema": text},
+    }
+    return found
+
+
 def execution():
     """The POST operation that runs a process."""
     requests = {"anyOf": [component(f"{name}-request") for name in PROCESSES]}
@@ -342,12 +541,29 @@ def execution():
     operation = {
         "operationId": "execute",
         "tags": ["execution"],
-        "summary": "Run a process and wait for its results.",
+        "summary": "Run a process, and wait for its results or not.",
         "description": "Bodies are JSON or CBOR (typed arrays of RFC 8746) by Content-Type and "
         "Accept, plain, gzip or zstd by Content-Encoding and Accept-Encoding. `response` raw with "
-        "one output gives its bare value.",
+        "one output gives its bare value, of an array also as .npy; with several multipart/related if "
+        "asked for. Values per point come as CSV and VTP too. With `Prefer: respond-async` the request becomes a job; a "
+        "batch always does.",
+        "parameters": [
+            field("Prefer", "respond-async: make it a job; wait=N: answer with the results if they "
+                  "are there within N seconds; return=minimal or representation; priority=0 to 9 "
+                  "(5): 9 goes first."),
+            field("Idempotency-Key", "A job is made once for each key, however often it is asked "
+                  "for."),
+            field("Cache-Control", "no-cache: the job is not to be answered with the stored "
+                  "result of an equal request."),
+        ],
+        "callbacks": callbacks(),
         "requestBody": {"required": True, "content": body(requests, JSON, CBOR)},
-        "responses": {"200": answer("The results.", results, JSON, CBOR), **failed},
+        "responses": {
+            "200": answer("The results.", results, JSON, CBOR, NPY, VTP, CSV, MULTIPART),
+            "201": created(),
+            "204": {"description": NO_VALUES},
+            **failed,
+        },
     }
     return {"post": operation, "options": options("execute", "execution")}
 
@@ -383,6 +599,8 @@ def paths():
         "/processes": every,
         "/processes/{processID}": {**of_process, **one},
         "/processes/{processID}/execution": {**of_process, **execution()},
+        **job_paths(),
+        **data_paths(),
         "/healthz": get("health", "state", "Whether the daemon lives.", health),
         "/readyz": get("ready", "state", "Whether requests are answered.", health),
     }
@@ -395,9 +613,10 @@ def components():
         schemas[f"{name}-result"] = refer(result_schema(name))
     problem = component("problem")
     responses = {code: answer(text, problem, PROBLEM, JSON) for code, text in FAILURES.items()}
-    responses["503"]["headers"] = {
-        "Retry-After": {"description": "Time to wait (s).", "schema": {"type": "integer"}}
-    }
+    for status in ("429", "503"):
+        responses[status]["headers"] = {
+            "Retry-After": {"description": "Time to wait (s).", "schema": {"type": "integer"}}
+        }
     return {"schemas": dict(sorted(schemas.items())), "responses": responses}
 
 
@@ -418,6 +637,8 @@ def openapi(version):
             {"name": "service", "description": "What this service is."},
             {"name": "processes", "description": "What it can do."},
             {"name": "execution", "description": "Doing it."},
+            {"name": "jobs", "description": "Doing it later."},
+            {"name": "data", "description": "What requests have in common."},
             {"name": "state", "description": "How it does."},
         ],
         "paths": paths(),

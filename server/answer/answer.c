@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "body.h"
 #include "by_href.h"
 #include "check.h"
 #include "cloud_input.h"
@@ -16,42 +17,6 @@
 #include "report.h"
 #include "scatter/solve.h"
 #include "um_bridge.h"
-
-/* Bodies in */
-
-/* Undoes the content coding; *plain is to be freed, NULL where the body is plain already. */
-static bool unpack(const ask *a, void **plain, size_t *size, reply *r) {
-  problem p;
-  size_t most = (size_t)a->limits->decoded_bytes;
-  *size = a->size;
-  if (a->content_coding == CODING_IDENTITY && a->size <= most) return true;
-  inflate_status status = inflate_bytes(a->content_coding, a->body, a->size, most, plain, size);
-  if (status == INFLATE_OK) return true;
-  int code = status == INFLATE_TOO_LARGE ? 413 : status == INFLATE_MEMORY ? 422 : 400;
-  problem_begin(&p, code, "%s body: %s; at most %lld bytes may come out",
-                coding_name(a->content_coding), inflate_text(status),
-                (long long)a->limits->decoded_bytes);
-  refuse(r, &p);
-  return false;
-}
-
-static const char *const form_names[MEDIA_COUNT] = {
-    [MEDIA_JSON] = "JSON", [MEDIA_CBOR] = "CBOR", [MEDIA_NPY] = "npy", [MEDIA_CSV] = "CSV"};
-
-static const doc *decode(const ask *a, const void *body, size_t size, task *t, reply *r) {
-  const doc_limits most = {(int)a->limits->depth, a->limits->nodes, a->limits->decoded_bytes / 2};
-  doc_error error = {0};
-  const doc *root = doc_from(a->content, body, size, &most, &t->arena, &error);
-  stopwatch_lap(&t->watch, LAP_DECODE);
-  if (root) return root;
-  problem p;
-  problem_begin(&p, error.too_large ? 413 : 400, "the body is %s %s: %s",
-                error.too_large ? "too large for the limits of" : "not valid",
-                form_names[a->content], error.text);
-  problem_add(&p, error.pointer, "%s", error.text);
-  refuse(r, &p);
-  return NULL;
-}
 
 /* Results out */
 
@@ -113,10 +78,10 @@ static bool out_of_memory(task *t) {
 }
 
 /* A run that cannot fit is refused before it starts; the estimate goes into the reply. */
-static bool fits_into_memory(task *t, const performance *f, reply *r) {
+static bool fits_into_memory(const ask *a, task *t, const performance *f, reply *r) {
   problem p;
   if (!task_is_well(t)) return false;
-  t->memory_estimate = r->memory_bytes = estimate_run(t, f);
+  t->memory_estimate = r->memory_bytes = estimate_run(t, f) + 2 * (int64_t)a->size;
   if (r->memory_bytes <= t->limits->memory_bytes) return true;
   problem_begin(&p, 422,
                 "the run needs about %lld bytes of memory, a worker may have %lld "
@@ -150,7 +115,7 @@ static bool is_plain(const execute *x, media form) {
 
 static bool do_run(const ask *a, task *t, performance *f, reply *r) {
   problem refusal;
-  if (!fits_into_memory(t, f, r)) return false;
+  if (!fits_into_memory(a, t, f, r)) return false;
   execute_refuse_subscriber(t, &f->body, &f->wanted);
   if (!a->calls.keep) execute_refuse_references(t, f->process, &f->body, &f->wanted);
   if (!task_is_well(t)) return false;
@@ -165,14 +130,13 @@ static bool do_run(const ask *a, task *t, performance *f, reply *r) {
 }
 
 static bool do_run_stored(const ask *a, task *t, performance *f, reply *r) {
-  if (!fits_into_memory(t, f, r)) return false;
+  if (!fits_into_memory(a, t, f, r)) return false;
   return pack_emit(a, t, perform_run(t, f, PERFORM_STORED), MEDIA_CBOR, r);
 }
 
 static bool do_check(const ask *a, task *t, performance *f, reply *r) {
   grow_bytes frames = {0};
-  (void)a;
-  if (!fits_into_memory(t, f, r) || !task_is_well(t)) return false;
+  if (!fits_into_memory(a, t, f, r) || !task_is_well(t)) return false;
   if (!grow_room(&frames, 1)) return out_of_memory(t); /* no frames are bytes, too */
   bool done = check_frames(t, f, &frames);
   if (!done) free(frames.data);
@@ -211,8 +175,24 @@ static void answer_request(const ask *a, task *t, reply *r) {
     refuse(r, &missing);
     return;
   }
-  if (unpack(a, &plain, &size, r)) root = decode(a, plain ? plain : a->body, size, t, r);
+  if (body_unpack(a, &plain, &size, r)) root = body_decode(a, plain ? plain : a->body, size, t, r);
   if (root) reply_to(a, p, root, t, r);
+  free(plain);
+}
+
+/* A body to be kept: anything that can be read. RUN gives it back without its content coding. */
+static void answer_data(const ask *a, task *t, reply *r) {
+  void *plain = NULL;
+  size_t size = 0;
+  if (!body_unpack(a, &plain, &size, r)) return;
+  if (body_decode(a, plain ? plain : a->body, size, t, r)) {
+    size_t kept = a->work == IPC_RUN ? size : 0;
+    r->bytes = malloc(kept + 1);
+    if (r->bytes && kept) memcpy(r->bytes, plain ? plain : a->body, kept);
+    r->size = kept;
+    r->status = 200;
+    snprintf(r->type, sizeof r->type, "%s", media_type(a->content));
+  }
   free(plain);
 }
 
@@ -228,19 +208,24 @@ void answer_prepare(void) {
 }
 
 void answer(const ask *a, reply *r) {
-  if (um_bridge_is(a->process)) {
+  if (a->work == IPC_RUN && um_bridge_is(a->process)) {
     um_bridge_answer(a, r);
     return;
   }
   by_href references = {.calls = &a->calls};
   task t = {.limits = a->limits,
             .by_href = &references,
-            .work = {(int)a->limits->threads, a->calls.report, a->calls.context}};
+            .work = {(int)a->limits->threads, a->calls.report, a->calls.context},
+            .checkpoint = a->checkpoint,
+            .checkpoint_size = a->checkpoint_size,
+            .keep_checkpoint = a->calls.checkpoint};
   *r = (reply){.status = 500};
   stopwatch_start(&t.watch);
   report_begin();
   if (a->work == IPC_RENDER) {
     answer_render(a, &t, r);
+  } else if (!strcmp(a->process, ANSWER_DATA)) {
+    answer_data(a, &t, r);
   } else {
     answer_request(a, &t, r);
   }

@@ -19,7 +19,8 @@ typedef struct {
   size_t size;
   media media;
   coding coding;
-  char detail[512]; /* why there is none */
+  char output[IPC_NAME]; /* the bytes are a stored result, this output of it is meant */
+  char detail[512];      /* why there is none */
 } ask_fetched;
 
 /* Where a value can be had from now on. */
@@ -65,6 +66,10 @@ typedef struct {
   int64_t points;       /* of the cloud, 0 if there was none; for the log */
   int64_t memory_bytes; /* estimated peak, 0 if unknown */
 } reply;
+
+/* Not a process: its body is to be kept under /data. CHECK reads it through, RUN also gives it back
+ * without its content coding. */
+#define ANSWER_DATA "data"
 
 /* Takes what answers will keep for good; a worker calls it once, before anything else. */
 void answer_prepare(void);

@@ -6,6 +6,7 @@
 #include "data_url.h"
 #include "doc_tree.h"
 #include "inflate.h"
+#include "result.h"
 
 void by_href_clear(by_href *b) {
   doc_arena_free(&b->arena);
@@ -42,6 +43,16 @@ static const doc *read_data_url(task *t, const item *at) {
   return value;
 }
 
+/* One output of a stored result. */
+static const doc *pick(task *t, const item *at, const doc *stored, const char *name) {
+  result r;
+  const bool is_read = result_read(t, stored, &r);
+  const result_output *o = is_read ? result_find(&r, name) : NULL;
+  if (!is_read) t->error = (sct_error){0}; /* it is this request's fault only that it asks */
+  if (!o) complain(t, at, "leads to results without an output \"%.60s\"", name);
+  return o ? o->value : NULL;
+}
+
 /* What was fetched, its content coding undone. */
 static const doc *read_fetched(task *t, const item *at, const ask_fetched *got) {
   const size_t most = (size_t)t->limits->decoded_bytes;
@@ -61,7 +72,7 @@ static const doc *read_fetched(task *t, const item *at, const ask_fetched *got) 
   }
   const doc *value = decode(t, at, got->media, plain ? plain : got->bytes, size);
   free(plain);
-  return value;
+  return value && *got->output ? pick(t, at, value, got->output) : value;
 }
 
 static const doc *fetch(task *t, const item *at) {

@@ -8,7 +8,8 @@ void perform_read(task *t, const process *p, const doc *root, performance *f) {
   f->state = task_zeros(t, 1, p->state_size);
   if (!f->state) return;
   item inputs = item_member(&f->body, "inputs");
-  if (!by_href_resolve(t, &inputs)) return;
+  /* those of a batch are its children's */
+  if (!p->children && !by_href_resolve(t, &inputs)) return;
   execute_read(t, p, &f->body, &f->wanted);
   bool is_readable = !inputs.doc || inputs.doc->kind == DOC_OBJECT;
   if (root->kind == DOC_OBJECT && is_readable) p->read(t, &f->wanted.inputs, f->state);

@@ -57,12 +57,14 @@ static sct_status prepare(task *t, solve *s) {
 
 /* Steady */
 
-/* A matrix as badly conditioned as this may be singular but for rounding. */
+/* A matrix as badly conditioned as this, or nobody knows how badly, may be singular but for
+ * rounding. */
 static const double SUSPICIOUS = 1e-12;
 
 static sct_status factor(task *t, solve *s) {
   const sct_csr *a = s->system->matrix;
   if (sct_work_report(&t->work, "factor", 0, &t->error)) return t->error.code;
+  s->in.march.solve.is_equation = s->system->is_equation;
   sct_status status = sct_solver_analyse(a, &s->in.march.solve, &s->solver, &t->error);
   if (!status) status = sct_solver_factor(s->solver, a, &t->error);
   stopwatch_lap(&t->watch, LAP_FACTOR);
@@ -158,11 +160,13 @@ static sct_status solve_in_time(task *t, solve *s) {
 static int64_t memory_of_solve(const task *t, const void *state) {
   const solve *s = state;
   const sct_cloud *c = &s->in.cloud.cloud;
+  const sct_operator *op = &s->in.op;
   const bool is_explicit = s->in.is_transient && s->in.march.method == SCT_FORWARD_EULER;
-  const int64_t saved = s->in.march.saves * c->n * (int64_t)(sizeof(double) + SAVED_TEXT);
+  const int matrices = s->in.is_transient && !is_explicit ? 2 : 1;
   (void)t;
-  return estimate_points(c->dim, c->n, &s->in.op) + saved +
-         (is_explicit ? 0 : estimate_system(c->dim, c->n, &s->in.op));
+  return estimate_points(c->dim, c->n, op) + matrices * estimate_matrix(c->dim, c->n, op) +
+         (is_explicit ? 0 : estimate_factors(c->dim, c->n, op)) +
+         s->in.march.saves * c->n * (int64_t)(sizeof(double) + SAVED_TEXT);
 }
 
 /* Results */

@@ -37,6 +37,7 @@ typedef struct {
   char process[IPC_NAME];    /* id: "solve" */
   char output[IPC_NAME];     /* RENDER: the one output wanted, "" = the results document */
   char results_url[IPC_URL]; /* RENDER: "{B}/jobs/ID/results", what references point into */
+  char base[IPC_URL];        /* RUN: {B}, before the href of a kept value */
   int64_t size;              /* bytes of the body */
   media content;             /* of the body */
   wishes accept;             /* for the reply; nothing wished: JSON */
@@ -70,12 +71,13 @@ typedef struct {
 
 /* What the front gives: with a descriptor when status is 200, else with the reason in `detail`. */
 typedef struct {
-  int status;         /* 200 here it is (KEEP: it is kept); else the status for the client */
-  int64_t size;       /* FETCH, checkpoint: bytes */
-  media media;        /* FETCH */
-  coding coding;      /* FETCH */
-  char href[IPC_URL]; /* KEEP: where it is */
-  char detail[512];   /* subject, got, needed */
+  int status;            /* 200 here it is (KEEP: it is kept); else the status for the client */
+  int64_t size;          /* FETCH, checkpoint: bytes */
+  media media;           /* FETCH */
+  coding coding;         /* FETCH */
+  char output[IPC_NAME]; /* FETCH: the bytes are a stored result, the value is this output of it */
+  char href[IPC_URL];    /* KEEP: where it is, "/data/ID" */
+  char detail[512];      /* subject, got, needed */
 } ipc_given;
 
 /* The reply to CHECK is any number of frames, each an ipc_frame and then `size` bytes, nothing

@@ -24,6 +24,12 @@ typedef struct {
   int64_t recycle; /* requests */
   int64_t queue;   /* requests */
   int64_t connections;
+  int64_t data_bytes; /* of all objects under /data */
+  double data_seconds;
+  char fetch_hosts[PARAM_TEXT];
+  char fetch_private[PARAM_TEXT];
+  int64_t fetch_bytes;
+  double fetch_seconds;
   int64_t connections_per_address;
   int64_t spool_bytes;
   int64_t header_bytes;
@@ -31,7 +37,7 @@ typedef struct {
   double receive_seconds;
   double idle_seconds;
   double grace_seconds;
-  int64_t job_queue;     /* jobs */
+  int64_t job_queue; /* jobs */
   int64_t job_attempts;
   int64_t batch_parts;
   int64_t memory_budget; /* bytes; 0: three quarters of the machine's */

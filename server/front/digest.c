@@ -34,11 +34,11 @@ bool digest_file(const char *label, int fd, size_t size, char text[DIGEST_TEXT])
   return true;
 }
 
-void digest_sign(const char *key, const void *bytes, size_t size, char text[DIGEST_TEXT]) {
+void digest_sign(const char *key, const char *head, const void *body, size_t size,
+                 unsigned char sum[DIGEST_BYTES]) {
   struct hmac_sha256_ctx state;
-  uint8_t sum[SHA256_DIGEST_SIZE];
   hmac_sha256_set_key(&state, strlen(key), (const uint8_t *)key);
-  hmac_sha256_update(&state, size, bytes);
-  hmac_sha256_digest(&state, sizeof sum, sum);
-  show(sum, text);
+  hmac_sha256_update(&state, strlen(head), (const uint8_t *)head);
+  hmac_sha256_update(&state, size, body);
+  hmac_sha256_digest(&state, DIGEST_BYTES, sum);
 }

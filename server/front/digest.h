@@ -12,7 +12,10 @@ enum { DIGEST_TEXT = 65 }; /* 64 hexadecimal digits and a NUL */
  * is nothing at all. False with errno when fd cannot be read. */
 bool digest_file(const char *label, int fd, size_t size, char text[DIGEST_TEXT]);
 
-/* HMAC-SHA-256 (RFC 2104) of bytes under a key. */
-void digest_sign(const char *key, const void *bytes, size_t size, char text[DIGEST_TEXT]);
+enum { DIGEST_BYTES = 32 };
+
+/* HMAC-SHA-256 (RFC 2104) under a key, of a head and a body one after the other. */
+void digest_sign(const char *key, const char *head, const void *body, size_t size,
+                 unsigned char sum[DIGEST_BYTES]);
 
 #endif

@@ -217,7 +217,7 @@ job_counts jobs_counts(const jobs *j) {
   return counts;
 }
 
-void jobs_on_change(jobs *j, void (*changed)(void *self, const job_row *row), void *self) {
+void jobs_on_change(jobs *j, void (*changed)(void *self), void *self) {
   j->told = changed;
   j->told_self = self;
 }

@@ -130,8 +130,8 @@ typedef struct {
 
 job_counts jobs_counts(const jobs *j);
 
-/* Who is told of the first run and of the end of each job, for callbacks. */
-void jobs_on_change(jobs *j, void (*changed)(void *self, const job_row *row), void *self);
+/* Who is told when there may be a call to a subscriber to be made. */
+void jobs_on_change(jobs *j, void (*changed)(void *self), void *self);
 
 double unix_now(void); /* seconds since 1970 */
 

@@ -53,7 +53,7 @@ struct jobs {
   double mean; /* seconds of a run, weighted towards the recent ones */
   bool stopped;
   job_counts counts;
-  void (*told)(void *self, const job_row *row);
+  void (*told)(void *self);
   void *told_self;
 };
 

@@ -37,10 +37,28 @@ static store_result add_new(job *c) {
   return result;
 }
 
+/* The subscriber's address for a state: of job_extra.uri, -1 for none. */
+static const int address_for[JOB_STATES] = {[JOB_ACCEPTED] = -1,
+                                            [JOB_RUNNING] = 1,
+                                            [JOB_SUCCESSFUL] = 0,
+                                            [JOB_FAILED] = 2,
+                                            [JOB_DISMISSED] = -1};
+
+/* A call to the subscriber is stored together with what it tells. */
+static store_result order_call(job *c) {
+  job_extra extra;
+  const int kind = address_for[c->row.state];
+  if (!c->row.subscribed || kind < 0) return STORE_OK;
+  const store_result result = store_extra(c->all->store, c->row.number, &extra);
+  if (result != STORE_OK || *extra.uri[kind] == '\0') return result;
+  return store_add_call(c->all->store, c->row.number, kind, c->row.updated);
+}
+
 static store_result write_job(job *c) {
   const bool is_new = c->row.number == 0;
-  const store_result result =
+  store_result result =
       is_new ? add_new(c) : store_update(c->all->store, &c->row, c->problem, c->problem_size);
+  if (result == STORE_OK) result = order_call(c);
   return result == STORE_OK && c->row.parent == 0 ? note(c) : result;
 }
 
@@ -100,7 +118,7 @@ static void settle(job *c) {
   const bool is_new = c->extra != NULL;
   c->changed = false;
   if (is_new) begin_waiting(c);
-  if (j->told != NULL && c->row.subscribed) j->told(j->told_self, &c->row);
+  if (j->told != NULL && c->row.subscribed) j->told(j->told_self);
   tell_stored(c, STORE_OK); /* may begin to watch it */
   job_tell(c, JOB_EVENT_STATUS);
   if (job_state_is_final((job_state)c->row.state)) end_for_good(c);

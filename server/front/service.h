@@ -14,7 +14,11 @@ typedef struct service {
   store *store;
   jobs *jobs;
   waits *waits;
-  struct streams *streams; /* events.h */
+  struct streams *streams;     /* events.h */
+  struct outbound *outbound;   /* outbound.h */
+  struct callbacks *callbacks; /* callback.h */
+  struct data_store *data;     /* data.h */
+  struct fetches *fetches;     /* fetch.h */
 } service;
 
 #endif

@@ -188,6 +188,103 @@ static void test_frames(void **state) {
   asked_clear(&a);
 }
 
+#define CHILD "{\"process\":\"apply\",\"inputs\":{\"field\":\"a*x\"},\"outputs\":{\"gradient\":{}}}"
+
+static asked ask_batch(ipc_work work, const char *body) {
+  static limits most;
+  most = asking_limits();
+  fetches = releases = 0;
+  const ask question = {.work = work,
+                        .process = "batch",
+                        .body = body,
+                        .size = strlen(body),
+                        .limits = &most,
+                        .calls = {.fetch = fetch, .release = release}};
+  asked a = {0};
+  answer(&question, &a.raw);
+  return a;
+}
+
+/* The next frame must be a child; its body runs by itself. */
+static void assert_child(const char **at, const char *process, double last) {
+  static limits most;
+  most = asking_limits();
+  ipc_frame head;
+  memcpy(&head, *at, sizeof head);
+  assert_int_equal(IPC_FRAME_CHILD, head.kind);
+  assert_string_equal(process, head.process);
+  assert_int_equal(4, head.points);
+  assert_true(head.memory_bytes > 0);
+  const ask question = {.process = head.process,
+                        .body = *at + sizeof head,
+                        .size = (size_t)head.size,
+                        .content = MEDIA_CBOR,
+                        .limits = &most,
+                        .calls = {.fetch = fetch, .release = release}};
+  asked a = ask_all(&question);
+  assert_int_equal(200, a.raw.status);
+  const double got = numbers_at(a.root, "/gradient", 4)[3];
+  assert_true(got > last - 1e-12 && got < last + 1e-12);
+  assert_null(at_pointer(a.root, "/value"));
+  asked_clear(&a);
+  *at += sizeof head + (size_t)head.size;
+}
+
+/* A table and a list are split into the same children; a shared cloud is fetched once. */
+static void test_batch(void **state) {
+  (void)state;
+  static const char *const bodies[] = {
+      "{\"inputs\":{\"request\":" CHILD
+      ",\"parameters\":{\"a\":[1,2]},\"cloud\":" HREF("/data/npy") "}}",
+      "{\"inputs\":{\"requests\":[{\"process\":\"apply\",\"inputs\":{\"field\":\"x\"},\"outputs\":{"
+      "\"gradient\":{}}},{\"process\":\"apply\",\"inputs\":{\"field\":\"2*x\",\"cloud\":" HREF(
+          "/data/npy") "},\"outputs\":{\"gradient\":{}}}],\"cloud\":" HREF("/data/npy") "}}"};
+  for (int k = 0; k < 2; k++) {
+    asked a = ask_batch(IPC_CHECK, bodies[k]);
+    if (a.raw.status != 200) fail_msg("%.*s", (int)a.raw.size, (char *)a.raw.bytes);
+    assert_int_equal(1, fetches);
+    const char *at = a.raw.bytes, *end = at + a.raw.size;
+    assert_frame(&at, IPC_FRAME_HREF, "/data/npy");
+    assert_child(&at, "apply", 1);
+    assert_child(&at, "apply", 2);
+    assert_ptr_equal(end, at);
+    asked_clear(&a);
+  }
+}
+
+static void test_batch_complaints(void **state) {
+  (void)state;
+  static const struct {
+    const char *body, *pointer;
+  } rows[] = {
+      {"{\"inputs\":{}}", "/inputs"},
+      {"{\"inputs\":{\"requests\":[]}}", "/inputs/requests"},
+      {"{\"inputs\":{\"requests\":[1]}}", "/inputs/requests"},
+      {"{\"inputs\":{\"requests\":[{\"process\":\"batch\"}]}}", "/inputs/requests/0/process"},
+      {"{\"inputs\":{\"requests\":[{\"process\":\"echo\",\"inputs\":{\"message\":\"m\"}},"
+       "{\"process\":\"echo\",\"inputs\":{\"message\":1}}]}}",
+       "/inputs/requests/1/inputs/message"},
+      {"{\"inputs\":{\"request\":" CHILD "}}", "/inputs/parameters"},
+      {"{\"inputs\":{\"request\":" CHILD ",\"parameters\":{\"a\":[1],\"b\":[1,2]}}}",
+       "/inputs/parameters/b"},
+      {"{\"inputs\":{\"request\":" CHILD ",\"parameters\":{\"a\":[1]},\"requests\":[1]}}",
+       "/inputs/request"},
+      {"{\"inputs\":{\"request\":" CHILD
+       ",\"parameters\":{\"a\":[1]},\"cloud\":" HREF("/data/none") "}}",
+       "/inputs/request/inputs/cloud/href"},
+  };
+  for (size_t k = 0; k < sizeof rows / sizeof *rows; k++) {
+    asked a = ask_batch(IPC_CHECK, rows[k].body);
+    char pointer[128];
+    snprintf(pointer, sizeof pointer, "\"pointer\":\"%s\"", rows[k].pointer);
+    assert_int_equal(400, a.raw.status);
+    if (!memmem(a.raw.bytes, a.raw.size, pointer, strlen(pointer))) {
+      fail_msg("%zu: %.*s", k, (int)a.raw.size, (char *)a.raw.bytes);
+    }
+    asked_clear(&a);
+  }
+}
+
 static void test_check_refuses(void **state) {
   (void)state;
   asked a = ask_by_href(IPC_CHECK, REQUEST("{\"points\":[[0],[1],[\"2\"]]}", "1"));
@@ -200,6 +297,7 @@ int main(void) {
       cmocka_unit_test(test_values),     cmocka_unit_test(test_once),
       cmocka_unit_test(test_complaints), cmocka_unit_test(test_nobody_fetches),
       cmocka_unit_test(test_frames),     cmocka_unit_test(test_check_refuses),
+      cmocka_unit_test(test_batch),      cmocka_unit_test(test_batch_complaints),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

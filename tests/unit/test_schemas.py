@@ -167,7 +167,7 @@ class Documents(unittest.TestCase):
 
     def test_links_are_absolute_and_typed(self):
         for name in ("landing.json", "processes.json", "processes/solve.json"):
-            for link in re.findall(r'\{"href":[^}]*\}?[^}]*\}', json.dumps(DOCUMENTS[name])):
+            for link in re.findall(r'\{"href": "[^}]*\}?[^}]*\}', json.dumps(DOCUMENTS[name])):
                 link = json.loads(link)
                 with self.subTest(link["href"]):
                     self.assertTrue(link["href"].startswith("{B}/"))
@@ -221,7 +221,8 @@ class Examples(unittest.TestCase):
             known = input_members(name)
             self.assertEqual(known - used, set())
             self.assertEqual(known - misused, set())
-            self.assertEqual(set(build.process(name)["outputs"]) - used, set())
+            if name != "batch":  # whose one output there is no choosing
+                self.assertEqual(set(build.process(name)["outputs"]) - used, set())
 
 
 if __name__ == "__main__":

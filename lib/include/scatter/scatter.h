@@ -7,6 +7,8 @@
 #include "scatter/cloud.h"    /* points */
 #include "scatter/csr.h"      /* sparse matrices */
 #include "scatter/diagnose.h" /* what the cloud does to the operators, norms */
+#include "scatter/flow.h"     /* flow on moving particles */
+#include "scatter/flow_case.h" /* cavity and step */
 #include "scatter/kernel.h"   /* weights */
 #include "scatter/march.h"    /* or marched in time */
 #include "scatter/search.h"   /* neighbours */
