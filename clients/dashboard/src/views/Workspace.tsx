@@ -28,7 +28,7 @@ const starts: Record<string, Request['inputs']> = {
   apply: { cloud: { lattice: { lower: [0, 0], upper: [1, 1], cells: [40, 40], jitter: 0.2, seed: 1 } }, field: 'sin(3*x) * cos(2*y)' },
   diagnose: { cloud: { lattice: { lower: [0, 0], upper: [1, 1], cells: [40, 40], jitter: 0.5, seed: 1 } } },
   study: { case: 'gartland' },
-  flow: { case: 'cavity', cells: 20, reynolds: 100, end: 5 },
+  flow: { case: 'cavity', cells: 24, reynolds: 100, end: 6 },
   echo: { message: 'hello' },
 };
 
@@ -234,7 +234,7 @@ function CloudPreview({ scene }: { scene: ReturnType<typeof sceneOfCloud> }) {
   return (
     <section class="card stage" aria-label="Picture">
       <Picture scene={scene} field={field} values={values} range={[0, most]} map="viridis" look={{ ...firstLook, cells: false }} tool="move"
-        onCut={() => undefined} onView={() => undefined} onRange={() => undefined} />
+        onCut={() => undefined} onView={() => undefined} onRange={() => undefined} onCamera={() => undefined} />
       <p class="stage-foot">The cloud as it was dropped, coloured by group</p>
     </section>
   );
