@@ -165,7 +165,7 @@ function solveFields(request: Request, result: Result, place: Place, times?: Flo
   return fields;
 }
 
-type Maker = (request: Request, result: Result, place: Place) => Pick<Scene, 'fields' | 'vectors' | 'times' | 'snapshots'>;
+type Maker = (request: Request, result: Result, place: Place) => Pick<Scene, 'fields' | 'vectors'> & Partial<Scene>;
 
 function merge(...parts: Pick<Scene, 'fields' | 'vectors'>[]): Pick<Scene, 'fields' | 'vectors'> {
   return { fields: parts.flatMap(({ fields }) => fields), vectors: parts.flatMap(({ vectors }) => vectors) };
@@ -195,7 +195,9 @@ const makers: Record<string, Maker | undefined> = {
     return merge({ fields: own, vectors: [] }, ...gradient, diagnosed(request, dim));
   },
   diagnose: (_request, result, { dim }) => diagnosisFields(async () => result, dim),
-  flow: (_request, result, place) => ({ ...flowFields(result, result.mesh as Result | undefined, place), ...snapshotsOf(result) }),
+  flow: (_request, result, place) => ({
+    ...flowFields(result, result.mesh as Result | undefined, place), ...meshBounds(result), ...snapshotsOf(result),
+  }),
 };
 
 /** Velocity and scalar of the particles, and what the mesh has, at the particles. */
@@ -207,6 +209,13 @@ function flowFields(state: Result, mesh: Result | undefined, place: Place): Pick
         steady(name!, label!, once(() => sample(matrix(mesh[name!]), flat(mesh.x), flat(mesh.y), place)), true))
     : [];
   return { fields: [...own.fields, ...scalar, ...onMesh], vectors: own.vectors };
+}
+
+/** The box of a flow is that of its mesh: particles do not quite reach the walls. */
+function meshBounds({ mesh }: Result): Partial<Scene> {
+  if (!mesh) return {};
+  const [x, y] = ['x', 'y'].map((axis) => flat((mesh as Result)[axis]));
+  return { lower: [x![0]!, y![0]!], upper: [x!.at(-1)!, y!.at(-1)!] };
 }
 
 /** Values of the cells (or of the nodes at their lower left) that points are in. */
@@ -232,7 +241,7 @@ function snapshotsOf(result: Result): Pick<Scene, 'times' | 'snapshots'> {
   const snapshots = saved.map((state): Scene => {
     const rows = matrix(state.particles);
     const place = { points: flat(rows.data), dim: 2, count: rows.length };
-    return { ...place, ...bounds(place), ...flowFields(state, mesh, place) };
+    return { ...place, ...bounds(place), ...meshBounds(result), ...flowFields(state, mesh, place) };
   });
   return { times: Float64Array.from(saved, ({ t }) => Number(t)), snapshots };
 }

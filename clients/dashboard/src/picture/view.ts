@@ -194,7 +194,7 @@ export class PictureView {
       this.tracers.draw(context, camera, size, ink);
     }
     if (this.arrows && grid) {
-      drawArrows(context, camera, size, this.arrows.vectors, grid, this.arrows.strongest, 1.5 * this.spacing, ink);
+      drawArrows(context, camera, size, scene, grid, { ...this.arrows, reach: 1.5 * this.spacing }, ink);
     }
     if (scene.dim === 3) drawBox(context, camera, size, scene, ink);
     else drawAxes(context, camera, size, ink);

@@ -139,7 +139,7 @@ function SceneResult({ request, result, seconds, look, onLook, scene: whole }: P
           ...(scene.dim === 2 && { Cut: () => cutCurve
             ? <CutPlot field={field} look={look} curve={cutCurve} set={set} />
             : <p class="hint">Choose “Cut” above the picture and draw a line across it: the values along it appear here. <button type="button" class="link" onClick={() => useCut('cut')}>Cut through the middle</button></p> }),
-          ...(result.history !== undefined && { History: () => <HistoryPlot history={result.history as Values} /> }),
+          ...((result.history as Values | undefined)?.solution !== undefined && { History: () => <HistoryPlot history={result.history as Values} /> }),
           ...(request.process === 'flow' && { Flow: () => <FlowPlots result={result} /> }),
           Download: () => <Downloads result={result} name={request.process} scene={scene} step={step} field={field} view={view.current} map={map} range={range} />,
         }} />
