@@ -48,8 +48,9 @@ FAILURES = {
 OF_EVERY_REQUEST = ("400", "408", "413", "414", "431", "501", "503", "507")
 OF_WORKERS = ("422", "500", "504")
 # The headers that failures have besides those of every answer.
+WAITED = ("Preference-Applied", "Content-Location")
 HEADERS_OF = {"404": ["Retry-After"], "429": ["Retry-After"], "503": ["Retry-After"],
-              "415": ["Accept", "Accept-Encoding"], "406": [], "422": []}
+              "415": ["Accept", "Accept-Encoding"], "422": WAITED, "500": WAITED, "504": WAITED}
 
 ABOUT = (
     " HEAD works wherever GET does; OPTIONS tells the methods of a path. A method that a path does "
@@ -227,10 +228,10 @@ def execution(processes):
             "Run a process: now, or later as a job.",
             {
                 "200": answer("The results.", results(processes), *RESULTS, PARTS, fields=[
-                    "Content-Encoding", "Preference-Applied", "Content-Location"]),
+                    "Content-Encoding", *WAITED]),
                 "201": answer("A job, stored.", status, fields=["Location", "Preference-Applied"]),
                 "204": answer("All outputs stand elsewhere.",
-                              fields=["Link", "Preference-Applied"]),
+                              fields=["Link", *WAITED]),
             },
             ["404", "406", "411", "415", "429", *OF_WORKERS],
             ["Prefer", "Accept-Encoding", "Content-Encoding", "Idempotency-Key", "Cache-Control"],
@@ -316,19 +317,22 @@ MODEL_ERRORS = {
 }
 
 
+def model_failure(words, **more):
+    """An error of UM-Bridge, or a problem where HTTP itself is at fault."""
+    failed = answer(words, component("um-bridge-error"), JSON, **more)
+    failed["content"][PROBLEM] = {"schema": component("problem")}
+    return failed
+
+
 def model(identifier, summary, sends, gives):
     """A POST of UM-Bridge."""
-    error = component("um-bridge-error")
-    made = operation(identifier, "um-bridge", summary,
-                     {"200": answer(summary, component(gives)) if gives else answer(summary)})
+    good = {"200": answer(summary, component(gives))} if gives else {}
+    made = operation(identifier, "um-bridge", summary, good)
     # UM-Bridge requires no Content-Type: whatever it says, the body is read as JSON.
     made["requestBody"] = {"required": True, "content": {"*/*": {"schema": component(sends)}}}
     for status, words in MODEL_ERRORS.items():
-        made["responses"][status] = answer(words, error, JSON, PROBLEM)
-    made["responses"]["503"] = answer(FAILURES["503"], error, JSON, PROBLEM,
-                                      fields=["Retry-After"])
-    if gives is None:
-        del made["responses"]["200"]
+        made["responses"][status] = model_failure(words)
+    made["responses"]["503"] = model_failure(FAILURES["503"], fields=["Retry-After"])
     return {"post": made}
 
 
