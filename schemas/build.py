@@ -22,11 +22,9 @@ from openapi import JSON, OPENAPI
 HERE = pathlib.Path(__file__).resolve().parent
 RELATION = "http://www.opengis.net/def/rel/ogc/1.0/"
 CONFORMANCE = "http://www.opengis.net/spec/ogcapi-processes-1/1.0/conf/"
-CLASSES = [
-    *("core", "json", "oas30", "ogc-process-description"),
-    *("job-list", "dismiss", "callback"),
-]
-PROCESSES = ["solve", "apply", "diagnose", "study", "echo"]
+CLASSES = ["core", "json", "oas30", "ogc-process-description", "job-list", "dismiss", "callback"]
+PROCESSES = ["solve", "apply", "diagnose", "study", "flow", "echo", "batch"]
+CONTROL = ["sync-execute", "async-execute", "dismiss"]
 CASES = [
     *("laplace", "smooth", "gartland", "smith-hutton", "skew", "three-point"),
     *("sine-1d", "sine-2d", "sine-3d", "diffusion-1d", "diffusion-2d", "diffusion-3d"),
@@ -182,7 +180,7 @@ def summary(name, version):
         "description": source["description"],
         "version": version,
         "keywords": source["keywords"],
-        "jobControlOptions": ["sync-execute", "async-execute", "dismiss"],
+        "jobControlOptions": source.get("control", CONTROL),
         "outputTransmission": ["value", "reference"],
         "links": [
             link(f"/processes/{name}", "self", JSON, "Description of this process"),
@@ -240,6 +238,7 @@ def conformance():
 
 
 # --- OpenAPI -----------------------------------------------------------------------------------
+
 
 
 def components():

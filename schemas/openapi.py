@@ -29,11 +29,13 @@ FAILURES = {
     "404": "There is no such resource, or its results are not there yet.",
     "406": "None of the media types or codings accepted can be served.",
     "408": "The request did not arrive in time.",
+    "409": "The same bytes are kept as another media type; or a job needs the data.",
     "410": "The job was dismissed.",
     "411": "There is no body.",
     "413": "The body is larger than the limit.",
     "414": "The address is too long.",
     "415": "The media type or content coding of the body is unknown.",
+    "416": "The range is beyond the end.",
     "422": "The problem is well formed but cannot be solved, or not within the memory of a worker; "
     "or an Idempotency-Key belongs to another request.",
     "429": "Too many jobs wait already; Retry-After says when to come back.",
@@ -50,7 +52,9 @@ OF_WORKERS = ("422", "500", "504")
 # The headers that failures have besides those of every answer.
 WAITED = ("Preference-Applied", "Content-Location")
 HEADERS_OF = {"404": ["Retry-After"], "429": ["Retry-After"], "503": ["Retry-After"],
-              "415": ["Accept", "Accept-Encoding"], "422": WAITED, "500": WAITED, "504": WAITED}
+              "415": ["Accept", "Accept-Encoding"], "416": ["Content-Range", "ETag",
+                                                             "Cache-Control", "Accept-Ranges"],
+              "406": ["ETag"], "422": WAITED, "500": WAITED, "504": WAITED}
 
 ABOUT = (
     " HEAD works wherever GET does; OPTIONS tells the methods of a path. A method that a path does "
@@ -64,6 +68,7 @@ TAGS = {
     "processes": "What it can do.",
     "execution": "Doing it.",
     "jobs": "Doing it later: OGC API - Processes.",
+    "data": "Clouds and arrays, uploaded once for many requests.",
     "um-bridge": "Solves as models for uncertainty quantification: UM-Bridge 1.0.",
     "state": "How it does.",
 }
@@ -80,7 +85,9 @@ HEADERS = {
     "Retry-After": "Time to wait before the next try (s).",
     "Accept": "Media types that a body may have.",
     "Accept-Encoding": "Codings that a body may have.",
-    "Location": "Address of the job.",
+    "Location": "Address of what was made.",
+    "Accept-Ranges": "bytes: parts can be had.",
+    "Content-Range": "Which part this is, of how much.",
     "Content-Location": "Address at which the results stay.",
     "Preference-Applied": "Which preferences were followed.",
     "ETag": "Tag of this state, for If-None-Match.",
@@ -160,6 +167,11 @@ def parameters(processes, job_processes):
         "Last-Event-ID": parameter("header", "Last-Event-ID",
                                    "The last event that is known: the stream goes on behind it.",
                                    text()),
+        "dataID": parameter("path", "dataID", "Name of the data: the digest of their bytes.",
+                            text(minLength=1), True),
+        "Range": parameter("header", "Range", "One part of the bytes: bytes=FIRST-LAST.", text()),
+        "If-Range": parameter("header", "If-Range", "ETag: the part only if it is still that.",
+                              text()),
         "X-Request-Id": parameter("header", "X-Request-Id", "A name for this request in the log: 1 "
                                   "to 64 letters, digits, `.`, `_` or `-`.", text()),
         "Origin": parameter("header", "Origin", "Of a script: where its page is from.", text()),
@@ -195,7 +207,8 @@ def failures(*statuses):
     return {status: {"$ref": f"#/components/responses/{status}"} for status in statuses}
 
 
-def operation(identifier, tag, summary, answers, failed=(), takes=(), sends=None, about=None):
+def operation(identifier, tag, summary, answers, failed=(), takes=(), sends=None, calls=None,
+              about=None):
     made = {"operationId": identifier, "tags": [tag], "summary": summary}
     if about:
         made["description"] = about
@@ -203,6 +216,8 @@ def operation(identifier, tag, summary, answers, failed=(), takes=(), sends=None
         made["parameters"] = use(*takes)
     if sends:
         made["requestBody"] = {"required": True, "content": sends}
+    if calls:
+        made["callbacks"] = calls
     return {**made, "responses": {**answers, **failures(*failed)}}
 
 
@@ -228,7 +243,7 @@ def execution(processes):
             "Run a process: now, or later as a job.",
             {
                 "200": answer("The results.", results(processes), *RESULTS, PARTS, fields=[
-                    "Content-Encoding", *WAITED]),
+                    "Content-Encoding", "Accept-Ranges", *WAITED]),
                 "201": answer("A job, stored.", status, fields=["Location", "Preference-Applied"]),
                 "204": answer("All outputs stand elsewhere.",
                               fields=["Link", *WAITED]),
@@ -236,12 +251,33 @@ def execution(processes):
             ["404", "406", "411", "415", "429", *OF_WORKERS],
             ["Prefer", "Accept-Encoding", "Content-Encoding", "Idempotency-Key", "Cache-Control"],
             body(requests, JSON, CBOR),
+            callbacks(processes),
             "Bodies are JSON or CBOR (typed arrays of RFC 8746) by Content-Type and Accept, plain, "
             "gzip or zstd by Content-Encoding and Accept-Encoding. `response` raw with one output "
             "gives its bare value, also as .npy, CSV or VTP; with several, multipart/related if it "
             "is accepted. `Prefer: respond-async` makes a job of it; with `wait` as well its "
             "results come at once if they are there in time.",
         )
+    }
+
+
+def callbacks(processes):
+    """Whom a job calls, if its request names a subscriber."""
+    def called(words, schema):
+        return {"post": {
+            "operationId": "called" + "".join(word.title() for word in words[:-1].split()),
+            "summary": words,
+            "requestBody": {"required": True, "content": body(schema, JSON)},
+            "responses": {"2XX": {"description": "Understood."},
+                          "4XX": {"description": "Not wanted."}},
+        }}
+
+    status, where = component("status-info"), "{$request.body#/subscriber/%s}"
+    documents = {"anyOf": [component(f"{name}-result") for name in processes]}
+    return {
+        "success": {where % "successUri": called("The results.", documents)},
+        "inProgress": {where % "inProgressUri": called("The job runs.", status)},
+        "failed": {where % "failedUri": called("The job failed.", status)},
     }
 
 
@@ -258,12 +294,15 @@ def jobs(processes):
     """The paths of jobs."""
     status, found = component("status-info"), ["404", "500"]
     of_job, ready = {"parameters": use("jobID")}, results(processes)
-    fields = ["Content-Encoding"]
+    fields = ["Content-Encoding", "Accept-Ranges"]
     rendered = {
         "200": answer("The results.", ready, *RESULTS, PARTS, fields=fields),
+        "206": answer("A part of the bytes.", ready, *RESULTS, PARTS,
+                      fields=[*fields, "Content-Range"]),
         "204": answer("All outputs stand elsewhere.", fields=["Link"]),
     }
-    failed = ["404", "406", "410", *OF_WORKERS]
+    failed = ["404", "406", "410", "416", *OF_WORKERS]
+    wanted = ["Accept-Encoding", "Range", "If-Range"]
     batch = {"anyOf": [component("batch-results"), *ready["anyOf"]]}
     return {
         "/jobs": get("jobs", "jobs", "Jobs, the newest first.", component("job-list"), "406", "500",
@@ -300,13 +339,39 @@ def jobs(processes):
                 {**rendered, "200": answer(
                     "The results; of a batch those of each request, as lines in the order in which "
                     "they end.", batch, *RESULTS, PARTS, LINES, fields=fields)},
-                failed, ["Accept-Encoding"],
+                failed, wanted,
                 about="Of a failed job: the problem that it failed of, with its status."),
         },
         "/jobs/{jobID}/results/{output}": {
             "parameters": use("jobID", "output"),
             "get": operation("output", "jobs", "One output of a job.", rendered, failed,
-                             ["Accept-Encoding"]),
+                             wanted),
+        },
+    }
+
+
+def data():
+    """The paths of data."""
+    kinds = (JSON, CBOR, "application/x-npy", "text/csv")
+    known = ["ETag", "Cache-Control", "Accept-Ranges"]
+    kept = component("data-object")
+    return {
+        "/data": {"post": operation(
+            "upload", "data", "Keep a cloud, an array or any value, for use as {\"href\"}.",
+            {"200": answer("It is here already.", kept, fields=["Location"]),
+             "201": answer("It is kept.", kept, fields=["Location"])},
+            ["406", "409", "411", "415", *OF_WORKERS], ["Content-Encoding"],
+            body({}, *kinds))},
+        "/data/{dataID}": {
+            "parameters": use("dataID"),
+            "get": operation(
+                "data", "data", "The bytes.",
+                {"200": answer("All of them.", {}, *kinds, fields=known),
+                 "206": answer("A part.", {}, *kinds, fields=[*known, "Content-Range"]),
+                 "304": answer("They are known.", fields=known)},
+                ["404", "406", "416", "500"], ["If-None-Match", "Range", "If-Range"]),
+            "delete": operation("dropData", "data", "Forget them.",
+                                {"204": answer("They are forgotten.")}, ["404", "409", "500"]),
         },
     }
 
@@ -387,6 +452,7 @@ def paths(processes):
         "/processes/{processID}": {**of_process, **described},
         "/processes/{processID}/execution": {**of_process, **execution(processes)},
         **jobs(processes),
+        **data(),
         **models(),
         "/healthz": get("health", state, "Whether the daemon lives.", health),
         "/readyz": get("ready", state, "Whether requests are answered: workers are up, queues have "

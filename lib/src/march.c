@@ -149,12 +149,22 @@ static const char *advice(const marcher *m) {
              : "the operator feeds it: take upwinding, a smoother cloud or another scheme";
 }
 
+/* Where y is heading, from y at hand and before it: what iterative solvers start from. */
+static void extrapolate(const marcher *m, double dt) {
+  const double ahead = m->last > 0 ? dt / m->last : 0;
+  const int64_t unknowns = (*m->system)->unknowns;
+  for (int64_t i = 0; i < unknowns; i++) {
+    m->y[i] = ahead > 0 ? m->before[i] + ahead * (m->before[i] - m->y[i]) : m->before[i];
+  }
+}
+
 static sct_status step(marcher *m, double t, double dt, sct_error *err) {
   const sct_march_weights w = sct_march_weigh(m->options->method, m->last == 0 ? 0 : dt / m->last);
   old_part(m, w, dt);
   double *oldest = m->before;
   m->before = m->y;
   m->y = oldest;
+  extrapolate(m, dt);
   sct_status status = advance(m, t, err);
   if (status != SCT_OK) return status;
   new_part(m, w, dt);

@@ -6,9 +6,10 @@
 
 struct sct_march_matrix {
   int64_t rows;
-  int32_t *unknown; /* [rows] unknown of a row */
-  int32_t *row_of;  /* [unknowns] its inverse, -1: not covered */
-  double *rhs, *x;  /* [rows] */
+  int32_t *unknown;     /* [rows] unknown of a row */
+  int32_t *row_of;      /* [unknowns] its inverse, -1: not covered */
+  double *rhs, *x;      /* [rows] */
+  uint8_t *is_equation; /* [rows] */
   sct_csr *matrix;
   sct_solver *solver;
   int64_t factorisations;
@@ -19,6 +20,7 @@ static void choose_rows(sct_march_matrix *m, const sct_system *system, bool cond
     m->row_of[i] = -1;
     if (conditions_only && system->is_equation[i]) continue;
     m->row_of[i] = (int32_t)m->rows;
+    m->is_equation[m->rows] = system->is_equation[i];
     m->unknown[m->rows++] = (int32_t)i;
   }
 }
@@ -31,6 +33,8 @@ sct_status sct_march_matrix_new(const sct_system *system, bool conditions_only,
   status = sct_alloc(&m->unknown, system->unknowns, sizeof *m->unknown, err);
   if (status != SCT_OK) goto done;
   status = sct_alloc(&m->row_of, system->unknowns, sizeof *m->row_of, err);
+  if (status != SCT_OK) goto done;
+  status = sct_alloc(&m->is_equation, system->unknowns, sizeof *m->is_equation, err);
   if (status != SCT_OK) goto done;
   choose_rows(m, system, conditions_only);
   status = sct_alloc(&m->rhs, m->rows, sizeof *m->rhs, err);
@@ -47,6 +51,7 @@ void sct_march_matrix_free(sct_march_matrix **matrix) {
   if (m == NULL) return;
   sct_release(&m->unknown);
   sct_release(&m->row_of);
+  sct_release(&m->is_equation);
   sct_release(&m->rhs);
   sct_release(&m->x);
   sct_csr_free(&m->matrix);
@@ -104,7 +109,10 @@ sct_status sct_march_matrix_factor(sct_march_matrix *m, const sct_system *system
                                    const sct_solve_options *options, sct_error *err) {
   if (m->rows == 0) return SCT_OK;
   sct_solve_options of_rows = *options;
-  if (m->rows < system->unknowns && options->dim > 1) of_rows.dim--; /* a boundary */
+  const bool all = m->rows == system->unknowns;
+  if (!all && options->dim > 1) of_rows.dim--; /* a boundary */
+  of_rows.is_equation = all ? m->is_equation : NULL;
+  of_rows.guess = all;
   sct_csr *next = NULL;
   sct_status status = form(m, system, shift, &next, err);
   if (status != SCT_OK) return status;

@@ -161,7 +161,8 @@ static void stay_alone(void) {
       {"OMPI_MCA_mpi_param_files", "none"},
       {"OMPI_MCA_mca_base_param_files", "none"},
       {"OMPI_MCA_osc", "pt2pt"},
-      {"OMPI_MCA_mpi_yield_when_idle", "1"},
+      {"HWLOC_COMPONENTS", "linux,stop"},
+      {"OMPI_MCA_opal_signal", ""},
   };
   if (getenv("OMPI_COMM_WORLD_SIZE") != NULL || getenv("PMIX_RANK") != NULL) return;
   for (size_t k = 0; k < sizeof settings / sizeof *settings; k++) {

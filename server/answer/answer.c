@@ -216,7 +216,10 @@ void answer(const ask *a, reply *r) {
   by_href references = {.calls = &a->calls};
   task t = {.limits = a->limits,
             .by_href = &references,
-            .work = {(int)a->limits->threads, a->calls.report, a->calls.context}};
+            .work = {(int)a->limits->threads, a->calls.report, a->calls.context},
+            .checkpoint = a->checkpoint,
+            .checkpoint_size = a->checkpoint_size,
+            .keep_checkpoint = a->calls.checkpoint};
   *r = (reply){.status = 500};
   stopwatch_start(&t.watch);
   report_begin();

@@ -57,12 +57,14 @@ static sct_status prepare(task *t, solve *s) {
 
 /* Steady */
 
-/* A matrix as badly conditioned as this may be singular but for rounding. */
+/* A matrix as badly conditioned as this, or nobody knows how badly, may be singular but for
+ * rounding. */
 static const double SUSPICIOUS = 1e-12;
 
 static sct_status factor(task *t, solve *s) {
   const sct_csr *a = s->system->matrix;
   if (sct_work_report(&t->work, "factor", 0, &t->error)) return t->error.code;
+  s->in.march.solve.is_equation = s->system->is_equation;
   sct_status status = sct_solver_analyse(a, &s->in.march.solve, &s->solver, &t->error);
   if (!status) status = sct_solver_factor(s->solver, a, &t->error);
   stopwatch_lap(&t->watch, LAP_FACTOR);

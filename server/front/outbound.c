@@ -28,8 +28,9 @@ struct outbound_call {
   struct curl_slist *fields;
   bool public_only;
   int64_t most, size;
-  int fd; /* what came */
-  char why[CURL_ERROR_SIZE];
+  int fd;                      /* what came */
+  char error[CURL_ERROR_SIZE]; /* what libcurl says; it overwrites it */
+  char why[200];               /* what we say, "" if it was not us */
   char coding[32];
   void (*done)(void *context, const outbound_reply *reply);
   void *context;
@@ -133,7 +134,9 @@ static void reply_of(outbound_call *c, CURLcode code, outbound_reply *reply) {
   *reply = (outbound_reply){.fd = -1};
   if (code != CURLE_OK) {
     snprintf(reply->why, sizeof reply->why, "%.199s",
-             *c->why != '\0' ? c->why : curl_easy_strerror(code));
+             *c->why != '\0'     ? c->why
+             : *c->error != '\0' ? c->error
+                                 : curl_easy_strerror(code));
     return;
   }
   curl_easy_getinfo(c->easy, CURLINFO_RESPONSE_CODE, &status);
@@ -284,7 +287,7 @@ static bool set_up(outbound_call *c, const outbound_request *r) {
   curl_easy_setopt(e, CURLOPT_TIMEOUT_MS, (long)(1e3 * r->seconds));
   curl_easy_setopt(e, CURLOPT_USERAGENT, "scatterd");
   curl_easy_setopt(e, CURLOPT_HTTPHEADER, c->fields);
-  curl_easy_setopt(e, CURLOPT_ERRORBUFFER, c->why);
+  curl_easy_setopt(e, CURLOPT_ERRORBUFFER, c->error);
   curl_easy_setopt(e, CURLOPT_WRITEFUNCTION, take_bytes);
   curl_easy_setopt(e, CURLOPT_WRITEDATA, c);
   curl_easy_setopt(e, CURLOPT_HEADERFUNCTION, take_field);

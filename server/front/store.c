@@ -66,7 +66,12 @@ static const char schema[] =
     "CREATE TABLE calls(number INTEGER PRIMARY KEY AUTOINCREMENT, job INTEGER, kind INTEGER, "
     "attempts INTEGER, due REAL);"
     "CREATE TABLE log(job INTEGER, time REAL, text TEXT);"
-    "CREATE INDEX log_job ON log(job);";
+    "CREATE INDEX log_job ON log(job);"
+    "CREATE TABLE data(id TEXT PRIMARY KEY, type TEXT, size INTEGER, created REAL, expires REAL);"
+    "CREATE INDEX data_expires ON data(expires);"
+    "CREATE TABLE pins(data TEXT, job INTEGER);"
+    "CREATE INDEX pins_data ON pins(data);"
+    "CREATE INDEX pins_job ON pins(job);";
 
 typedef enum {
   BEGIN,
@@ -98,6 +103,16 @@ typedef enum {
   REMOVE_CALLS,
   LOG,
   READ_LOG,
+  ADD_DATA,
+  DATA,
+  DATA_BYTES,
+  RENEW_DATA,
+  DATA_PINNED,
+  DATA_EXPIRED,
+  DATA_FIRST_EXPIRY,
+  REMOVE_DATA,
+  PIN,
+  UNPIN,
   STATEMENTS
 } statement;
 
@@ -153,12 +168,25 @@ static const char *const statements[STATEMENTS] = {
     [READ_LOG] =
         "SELECT time, text FROM (SELECT rowid, time, text FROM log WHERE job = :number "
         "ORDER BY rowid DESC LIMIT :limit) ORDER BY rowid",
+    [ADD_DATA] = "INSERT INTO data VALUES(:id, :type, :size, :created, :expires)",
+    [DATA] = "SELECT type, size, created, expires FROM data WHERE id = :id",
+    [DATA_BYTES] = "SELECT total(size) FROM data",
+    [RENEW_DATA] = "UPDATE data SET expires = max(expires, :expires) WHERE id = :id",
+    [DATA_PINNED] =
+        "SELECT 1 FROM pins JOIN jobs ON number = job WHERE data = :id AND state <= 1 LIMIT 1",
+    [DATA_EXPIRED] =
+        "SELECT id FROM data WHERE expires <= :now AND NOT EXISTS(SELECT 1 FROM pins JOIN "
+        "jobs ON number = job WHERE data = data.id AND state <= 1) LIMIT 1",
+    [DATA_FIRST_EXPIRY] = "SELECT min(expires) FROM data",
+    [REMOVE_DATA] = "DELETE FROM data WHERE id = :id",
+    [PIN] = "INSERT INTO pins VALUES(:id, :number)",
+    [UNPIN] = "DELETE FROM pins WHERE job = :number",
 };
 
 struct store {
   sqlite3 *db;
   sqlite3_stmt *statement[STATEMENTS];
-  int directory, files, lock;
+  int directory, files, data, lock;
 };
 
 /* ---- SQL from the tables ---- */
@@ -322,13 +350,17 @@ static bool lock_directory(store *s, const char *path, fault *why) {
   return fault_set(why, "data-dir: another daemon uses %.200s", path);
 }
 
-static bool open_files(store *s, fault *why) {
-  if (mkdirat(s->directory, "jobs", 0700) != 0 && errno != EEXIST) {
-    return fault_set(why, "data-dir: cannot make jobs: %s", strerror(errno));
+static bool open_folder(store *s, const char *name, int *folder, fault *why) {
+  if (mkdirat(s->directory, name, 0700) != 0 && errno != EEXIST) {
+    return fault_set(why, "data-dir: cannot make %s: %s", name, strerror(errno));
   }
-  s->files = openat(s->directory, "jobs", O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (s->files >= 0 && fsync(s->directory) == 0) return true;
-  return fault_set(why, "data-dir: cannot open jobs: %s", strerror(errno));
+  *folder = openat(s->directory, name, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (*folder >= 0 && fsync(s->directory) == 0) return true;
+  return fault_set(why, "data-dir: cannot open %s: %s", name, strerror(errno));
+}
+
+static bool open_files(store *s, fault *why) {
+  return open_folder(s, "jobs", &s->files, why) && open_folder(s, "data", &s->data, why);
 }
 
 static int version_of(sqlite3 *db) {
@@ -389,7 +421,7 @@ store *store_open(const char *directory, fault *why) {
     fault_set(why, "out of memory");
     return NULL;
   }
-  s->directory = s->files = s->lock = -1;
+  s->directory = s->files = s->data = s->lock = -1;
   if (!lock_directory(s, directory, why) || !open_files(s, why) ||
       !open_tables(s, directory, why)) {
     store_close(&s);
@@ -402,6 +434,7 @@ void store_close(store **s) {
   for (int k = 0; k < STATEMENTS; k++) sqlite3_finalize((*s)->statement[k]);
   sqlite3_close((*s)->db);
   if ((*s)->files >= 0) close((*s)->files);
+  if ((*s)->data >= 0) close((*s)->data);
   if ((*s)->lock >= 0) close((*s)->lock);
   if ((*s)->directory >= 0) close((*s)->directory);
   free(*s);
@@ -434,8 +467,13 @@ store_result store_add(store *s, job_row *row, const job_extra *extra) {
   bind_text(s, ADD, ":digest", extra->digest);
   bind_text(s, ADD, ":base", extra->base);
   for (int k = 0; k < 3; k++) bind_text(s, ADD, uris[k], extra->uri[k]);
-  const store_result result = run(s, ADD);
+  store_result result = run(s, ADD);
   if (result == STORE_OK) row->number = sqlite3_last_insert_rowid(s->db);
+  for (int k = 0; k < JOB_PINS && *extra->pin[k] != '\0' && result == STORE_OK; k++) {
+    bind_text(s, PIN, ":id", extra->pin[k]);
+    bind_long(s, PIN, ":number", row->number);
+    result = run(s, PIN);
+  }
   return result;
 }
 
@@ -523,8 +561,10 @@ store_result store_remove(store *s, int64_t number) {
   if (result != STORE_OK) return result;
   bind_long(s, REMOVE_LOG, ":number", number);
   bind_long(s, REMOVE_CALLS, ":number", number);
+  bind_long(s, UNPIN, ":number", number);
   const store_result calls = run(s, REMOVE_CALLS), lines = run(s, REMOVE_LOG);
-  return calls != STORE_OK ? calls : lines;
+  const store_result pins = run(s, UNPIN);
+  return calls != STORE_OK ? calls : lines != STORE_OK ? lines : pins;
 }
 
 store_result store_part_states(store *s, int64_t parent, int64_t count[JOB_STATES]) {
@@ -630,4 +670,77 @@ store_result store_read_log(store *s, int64_t number, int most, store_line *visi
   }
   reset(s, READ_LOG);
   return result == STORE_NONE ? STORE_OK : result;
+}
+
+/* ---- Data ---- */
+
+int store_data_files(const store *s) {
+  return s->data;
+}
+
+store_result store_data_add(store *s, const data_row *row) {
+  bind_text(s, ADD_DATA, ":id", row->id);
+  bind_text(s, ADD_DATA, ":type", row->type);
+  bind_long(s, ADD_DATA, ":size", row->size);
+  bind_real(s, ADD_DATA, ":created", row->created);
+  bind_real(s, ADD_DATA, ":expires", row->expires);
+  return run(s, ADD_DATA);
+}
+
+store_result store_data(store *s, const char *id, data_row *row) {
+  *row = (data_row){0};
+  snprintf(row->id, sizeof row->id, "%s", id);
+  bind_text(s, DATA, ":id", id);
+  const store_result result = step(s, DATA);
+  if (result == STORE_OK) {
+    sqlite3_stmt *from = s->statement[DATA];
+    get_text(from, 0, row->type, sizeof row->type);
+    row->size = sqlite3_column_int64(from, 1);
+    row->created = sqlite3_column_double(from, 2);
+    row->expires = sqlite3_column_double(from, 3);
+  }
+  reset(s, DATA);
+  return result;
+}
+
+/* The one number that a bound statement gives; `otherwise` if it gives none. */
+static double number_of(store *s, statement k, double otherwise) {
+  double value = otherwise;
+  if (step(s, k) == STORE_OK && sqlite3_column_type(s->statement[k], 0) != SQLITE_NULL) {
+    value = sqlite3_column_double(s->statement[k], 0);
+  }
+  reset(s, k);
+  return value;
+}
+
+int64_t store_data_bytes(store *s) {
+  return (int64_t)number_of(s, DATA_BYTES, 0);
+}
+
+store_result store_data_renew(store *s, const char *id, double expires) {
+  bind_text(s, RENEW_DATA, ":id", id);
+  bind_real(s, RENEW_DATA, ":expires", expires);
+  return run(s, RENEW_DATA);
+}
+
+bool store_data_is_pinned(store *s, const char *id) {
+  bind_text(s, DATA_PINNED, ":id", id);
+  return number_of(s, DATA_PINNED, 0) > 0;
+}
+
+store_result store_data_expired(store *s, double now, char id[DATA_ID]) {
+  bind_real(s, DATA_EXPIRED, ":now", now);
+  const store_result result = step(s, DATA_EXPIRED);
+  if (result == STORE_OK) get_text(s->statement[DATA_EXPIRED], 0, id, DATA_ID);
+  reset(s, DATA_EXPIRED);
+  return result;
+}
+
+double store_data_first_expiry(store *s) {
+  return number_of(s, DATA_FIRST_EXPIRY, INFINITY);
+}
+
+store_result store_data_remove(store *s, const char *id) {
+  bind_text(s, REMOVE_DATA, ":id", id);
+  return run(s, REMOVE_DATA);
 }

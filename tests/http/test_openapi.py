@@ -200,6 +200,48 @@ def talk_of_models(say):
     say("POST", "/Evaluate", {**MODEL, "input": [[1]], "config": flat})
 
 
+def talk_of_data(say):
+    text = json.dumps({"points": [[0.1 * k, 0.0] for k in range(9)]}).encode()
+    kept = say("POST", "/data", text).json
+    say("POST", "/data", text)
+    say("POST", "/data", text, {"Content-Type": "text/csv"})
+    say("POST", "/data", text, {"Content-Encoding": "gzip"})
+    say("POST", "/data", b"1,2\n3,4\n", {"Content-Type": "text/csv"})
+    say("POST", "/data", b"{")
+    say("POST", "/data", text, {"Content-Type": "image/png"})
+    say("POST", "/data", text, {"Accept": "image/png"})
+    say("POST", "/data", None)
+    say("OPTIONS", "/data")
+    path = f"/data/{kept['id']}"
+    etag = f'"{kept["id"]}"'
+    for method in ("GET", "HEAD", "OPTIONS"):
+        say(method, path)
+        say(method, path, headers={"Accept": "image/png"})
+        say(method, path, headers={"If-None-Match": etag})
+        say(method, path, headers={"Range": "bytes=0-9", "If-Range": etag})
+        say(method, path, headers={"Range": "bytes=99999999-"})
+        say(method, "/data/nothing")
+    body = {"inputs": {**SMALL["inputs"], "cloud": {"href": kept["href"]}}}
+    execute(say, body)
+    slow = submitted(say, {"inputs": {"message": {"href": kept["href"]}, "pause": 2}}, "echo")
+    say("DELETE", path)
+    say("DELETE", slow)
+    say("DELETE", path)
+    say("DELETE", path)
+
+
+def talk_of_batches(say):
+    body = {"inputs": {"requests": [{"process": "echo", **echo(0)}, {"process": "solve", **SMALL}]}}
+    job = submitted(say, body, "batch")
+    over(say, job)
+    for accept in ("application/json", "application/x-ndjson", "image/png"):
+        say("GET", job + "/results", headers={"Accept": accept})
+    say("GET", job + "/results/0")
+    say("GET", job + "/results/9")
+    say("GET", f"/jobs?parent={job.removeprefix('/jobs/')}")
+    execute(say, {"inputs": {}}, "batch")
+
+
 def submitted(say, body, process="solve", **headers):
     """The path of a new job."""
     prefer = ", ".join(["respond-async", *filter(None, [headers.pop("Prefer", "")])])
@@ -226,6 +268,9 @@ def talk_of_jobs(say):
         for accept in (*source.RESULTS, "multipart/related", "image/png"):
             say(method, done + "/results", headers={"Accept": accept})
             say(method, done + "/results/solution", headers={"Accept": accept})
+            for span in ("bytes=0-9", "bytes=99999999-"):
+                say(method, done + "/results/solution", headers={"Accept": accept, "Range": span})
+                say(method, done + "/results", headers={"Accept": accept, "Range": span})
         say(method, done + "/results", headers={"Accept-Encoding": "gzip"})
         say(method, done + "/results/nothing")
         say(method, done, headers={"Accept": "image/png"})
@@ -332,7 +377,7 @@ class OpenApi(daemon.Case):
         say = cls.say = Recorder(cls.daemon)
         cls.api = say("GET", "/api").json
         for talk in (talk_of_service, talk_of_examples, talk_of_execution, talk_of_models,
-                     talk_of_jobs):
+                     talk_of_jobs, talk_of_data, talk_of_batches):
             talk(say)
         second = daemon.Daemon(*cls.pressed, stub=False)
         second.wait_ready()
@@ -409,9 +454,8 @@ class OpenApi(daemon.Case):
     def test_every_parameter_and_header_is_seen(self):
         used = set(self.verdict["used"])
         for parameter in self.api["components"]["parameters"].values():
-            if parameter["name"] == "parent" or (
-                    parameter["name"] == "asset" and "path asset" not in used):
-                continue
+            if parameter["name"] == "asset" and "path asset" not in used:
+                continue  # built without the dashboard
             self.assertIn(f"{parameter['in']} {parameter['name']}", used)
         with_dashboard = "answer Content-Security-Policy" in used
         for name in self.api["components"]["headers"]:

@@ -222,7 +222,8 @@ class Examples(unittest.TestCase):
             known = input_members(name)
             self.assertEqual(known - used, set())
             self.assertEqual(known - misused, set())
-            self.assertEqual(set(build.process(name)["outputs"]) - used, set())
+            if name != "batch":  # whose one output there is no choosing
+                self.assertEqual(set(build.process(name)["outputs"]) - used, set())
 
 
 if __name__ == "__main__":

@@ -38,8 +38,8 @@ def record(value: Any) -> Any:
 class Result(Record):
     """Outputs of a process by name.
 
-    `result.solution` is an array [n], `result.norms.l2` a number. `request_inputs` holds what was
-    asked, for plots.
+    `result.solution` is an array [n], `result.norms.l2` a number; `result.plot()` draws the result.
+    `request_inputs` holds what was asked, for plots.
     """
 
     request_inputs: dict
@@ -51,6 +51,12 @@ class Result(Record):
 
     def __repr__(self) -> str:
         return f"<Result {', '.join(brief(name, value) for name, value in self.items())}>"
+
+    def plot(self, field: Any = None, **options: Any) -> Any:
+        """Draws a field on its cloud and returns the axes: `scatterd.plot(self, field, ...)`."""
+        from .plotting import plot  # which needs this module
+
+        return plot(self, field, **options)
 
 
 def bare(value: Any) -> Any:
