@@ -107,8 +107,8 @@ def is_object(schema):
 
 
 def input_schema(schema):
-    """An input bare, or as the qualified value of OGC API - Processes."""
-    return {"anyOf": [schema, qualified(schema)]}
+    """An input bare, as the qualified value of OGC API - Processes, or by reference."""
+    return {"anyOf": [schema, qualified(schema), {"$ref": "input-reference.json"}]}
 
 
 def qualified(schema):
@@ -244,9 +244,11 @@ def conformance():
 def components():
     """The schemas of the OpenAPI document, by name."""
     schemas = {name.removesuffix(".json"): refer(load(name)) for name in schema_names()}
-    for name in PROCESSES:
-        schemas[f"{name}-request"] = refer(request_schema(name))
-        schemas[f"{name}-result"] = refer(result_schema(name))
+    made = {f"{name}-execution": refer(request_schema(name)) for name in PROCESSES}
+    made |= {f"{name}-results": refer(result_schema(name)) for name in PROCESSES}
+    if schemas.keys() & made.keys():
+        raise ValueError(f"files that have the name of a component: {schemas.keys() & made.keys()}")
+    schemas.update(made)
     config = schemas["um-bridge-config"]
     inputs = {key: item["schema"] for key, item in process("solve")["inputs"].items()}
     config["properties"] = {**refer(inputs), **config["properties"]}

@@ -234,7 +234,7 @@ def get(identifier, tag, summary, schema, *failed, media=(JSON,), takes=(), fiel
 
 def execution(processes):
     """The POST operation that runs a process."""
-    requests = {"anyOf": [component(f"{name}-request") for name in processes]}
+    requests = {"anyOf": [component(f"{name}-execution") for name in processes]}
     status = component("status-info")
     return {
         "post": operation(
@@ -273,7 +273,7 @@ def callbacks(processes):
         }}
 
     status, where = component("status-info"), "{$request.body#/subscriber/%s}"
-    documents = {"anyOf": [component(f"{name}-result") for name in processes]}
+    documents = {"anyOf": [component(f"{name}-results") for name in processes]}
     return {
         "success": {where % "successUri": called("The results.", documents)},
         "inProgress": {where % "inProgressUri": called("The job runs.", status)},
@@ -283,7 +283,7 @@ def callbacks(processes):
 
 def results(processes):
     """A result document, or with response raw the bare value of an output."""
-    documents = [component(f"{name}-result") for name in processes]
+    documents = [component(f"{name}-results") for name in processes]
     bare = [{"description": "A bare output.", "type": kind}
             for kind in ("number", "string", "boolean")]
     array = {"description": "A bare output.", "type": "array", "items": {}}
@@ -303,7 +303,6 @@ def jobs(processes):
     }
     failed = ["404", "406", "410", "416", *OF_WORKERS]
     wanted = ["Accept-Encoding", "Range", "If-Range"]
-    batch = {"anyOf": [component("batch-results"), *ready["anyOf"]]}
     return {
         "/jobs": get("jobs", "jobs", "Jobs, the newest first.", component("job-list"), "406", "500",
                      takes=["limit", "offset", "type", "processIDs", "status", "datetime",
@@ -338,7 +337,7 @@ def jobs(processes):
                 "results", "jobs", "The results of a job.",
                 {**rendered, "200": answer(
                     "The results; of a batch those of each request, as lines in the order in which "
-                    "they end.", batch, *RESULTS, PARTS, LINES, fields=fields)},
+                    "they end.", ready, *RESULTS, PARTS, LINES, fields=fields)},
                 failed, wanted,
                 about="Of a failed job: the problem that it failed of, with its status."),
         },
@@ -466,9 +465,9 @@ def paths(processes):
 
 
 def head_of(made):
-    """HEAD: a GET whose answer has no body."""
+    """HEAD: a GET whose answer has no body, and no part of one."""
     answers = {status: {key: value for key, value in found.items() if key != "content"}
-               for status, found in made["responses"].items()}
+               for status, found in made["responses"].items() if status not in ("206", "416")}
     return {
         **made,
         "operationId": made["operationId"] + "Head",
