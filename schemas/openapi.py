@@ -343,8 +343,8 @@ def jobs(processes):
         },
         "/jobs/{jobID}/results/{output}": {
             "parameters": use("jobID", "output"),
-            "get": operation("output", "jobs", "One output of a job.", rendered, failed,
-                             wanted),
+            "get": operation("output", "jobs", "One output of a job.",
+                             {"200": rendered["200"], "206": rendered["206"]}, failed, wanted),
         },
     }
 
