@@ -28,7 +28,12 @@ CONTROL = ["sync-execute", "async-execute", "dismiss"]
 CASES = [
     *("laplace", "smooth", "gartland", "smith-hutton", "skew", "three-point"),
     *("sine-1d", "sine-2d", "sine-3d", "diffusion-1d", "diffusion-2d", "diffusion-3d"),
+    *("cavity", "step"),
 ]
+NPY = "application/x-npy"
+CSV = "text/csv"
+VTP = "application/vnd.vtk.vtp+xml"
+AT_POINTS = {"scalar-array.json", "vector-array.json", "count-array.json"}
 # Keywords of the files that OpenAPI 3.0 does not have; the second is one of OGC API - Processes.
 UNKNOWN_TO_OPENAPI = ("$schema", "contentMediaType")
 TITLE = "scatterd"
@@ -108,7 +113,7 @@ def is_object(schema):
 
 def input_schema(schema):
     """An input bare, as the qualified value of OGC API - Processes, or by reference."""
-    return {"anyOf": [schema, qualified(schema), {"$ref": "input-reference.json"}]}
+    return {"anyOf": [schema, qualified(schema), {"$ref": "reference.json"}]}
 
 
 def qualified(schema):
@@ -153,16 +158,15 @@ def result_schema(name):
 
 
 def output_schema(schema):
-    """An output in the document, elsewhere, or in a media type of its own."""
-    whole = {
-        "type": "object",
-        "description": "The object under `value`.",
-        "required": ["value"],
-        "properties": {"value": schema},
-    }
-    here = whole if is_object(schema) else schema
-    there = [{"$ref": "output-reference.json"}, {"$ref": "output-encoded.json"}]
-    return {"anyOf": [here, *there]}
+    """An output in a result document: by value, or as the request asked for it."""
+    if is_object(schema):
+        schema = {
+            "type": "object",
+            "description": "The object under `value`.",
+            "required": ["value"],
+            "properties": {"value": schema},
+        }
+    return {"anyOf": [schema, {"$ref": "encoded.json"}, {"$ref": "reference.json"}]}
 
 
 # --- Process descriptions ----------------------------------------------------------------------
@@ -181,7 +185,7 @@ def summary(name, version):
         "version": version,
         "keywords": source["keywords"],
         "jobControlOptions": source.get("control", CONTROL),
-        "outputTransmission": ["value", "reference"],
+        "outputTransmission": source.get("transmission", ["value", "reference"]),
         "links": [
             link(f"/processes/{name}", "self", JSON, "Description of this process"),
             link(f"/processes/{name}/execution", RELATION + "execute", JSON, "Run this process"),
@@ -194,7 +198,7 @@ def description(name, version):
     whole = summary(name, version)
     links = whole.pop("links") + [link("/processes", "up", JSON, "All processes")]
     inputs = {key: described_input(item) for key, item in source["inputs"].items()}
-    outputs = {key: described(item) for key, item in source["outputs"].items()}
+    outputs = {key: described_output(item) for key, item in source["outputs"].items()}
     return {**whole, "inputs": inputs, "outputs": outputs, "links": links}
 
 
@@ -204,6 +208,21 @@ def described(item):
         "description": item["description"],
         "schema": inline(item["schema"]),
     }
+
+
+def forms(schema):
+    """The media types other than JSON and CBOR that one output can be had in."""
+    if schema.get("$ref") in AT_POINTS:
+        return [NPY, CSV, VTP]
+    is_numbers = schema.get("items", {}).get("type") in ("number", "integer")
+    return [NPY, CSV] if is_numbers else []
+
+
+def described_output(item):
+    whole = described(item)
+    more = [{"description": f"The same as {media}.", "type": "string", "format": "binary",
+             "contentMediaType": media} for media in forms(item["schema"])]
+    return {**whole, "schema": {"oneOf": [whole["schema"], *more]} if more else whole["schema"]}
 
 
 def described_input(item):
@@ -238,7 +257,6 @@ def conformance():
 
 
 # --- OpenAPI -----------------------------------------------------------------------------------
-
 
 
 def components():

@@ -78,10 +78,10 @@ static bool out_of_memory(task *t) {
 }
 
 /* A run that cannot fit is refused before it starts; the estimate goes into the reply. */
-static bool fits_into_memory(task *t, const performance *f, reply *r) {
+static bool fits_into_memory(const ask *a, task *t, const performance *f, reply *r) {
   problem p;
   if (!task_is_well(t)) return false;
-  t->memory_estimate = r->memory_bytes = estimate_run(t, f);
+  t->memory_estimate = r->memory_bytes = estimate_run(t, f) + 2 * (int64_t)a->size;
   if (r->memory_bytes <= t->limits->memory_bytes) return true;
   problem_begin(&p, 422,
                 "the run needs about %lld bytes of memory, a worker may have %lld "
@@ -115,7 +115,7 @@ static bool is_plain(const execute *x, media form) {
 
 static bool do_run(const ask *a, task *t, performance *f, reply *r) {
   problem refusal;
-  if (!fits_into_memory(t, f, r)) return false;
+  if (!fits_into_memory(a, t, f, r)) return false;
   execute_refuse_subscriber(t, &f->body, &f->wanted);
   if (!a->calls.keep) execute_refuse_references(t, f->process, &f->body, &f->wanted);
   if (!task_is_well(t)) return false;
@@ -130,14 +130,13 @@ static bool do_run(const ask *a, task *t, performance *f, reply *r) {
 }
 
 static bool do_run_stored(const ask *a, task *t, performance *f, reply *r) {
-  if (!fits_into_memory(t, f, r)) return false;
+  if (!fits_into_memory(a, t, f, r)) return false;
   return pack_emit(a, t, perform_run(t, f, PERFORM_STORED), MEDIA_CBOR, r);
 }
 
 static bool do_check(const ask *a, task *t, performance *f, reply *r) {
   grow_bytes frames = {0};
-  (void)a;
-  if (!fits_into_memory(t, f, r) || !task_is_well(t)) return false;
+  if (!fits_into_memory(a, t, f, r) || !task_is_well(t)) return false;
   if (!grow_room(&frames, 1)) return out_of_memory(t); /* no frames are bytes, too */
   bool done = check_frames(t, f, &frames);
   if (!done) free(frames.data);
@@ -209,7 +208,7 @@ void answer_prepare(void) {
 }
 
 void answer(const ask *a, reply *r) {
-  if (um_bridge_is(a->process)) {
+  if (a->work == IPC_RUN && um_bridge_is(a->process)) {
     um_bridge_answer(a, r);
     return;
   }

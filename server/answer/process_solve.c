@@ -160,11 +160,13 @@ static sct_status solve_in_time(task *t, solve *s) {
 static int64_t memory_of_solve(const task *t, const void *state) {
   const solve *s = state;
   const sct_cloud *c = &s->in.cloud.cloud;
+  const sct_operator *op = &s->in.op;
   const bool is_explicit = s->in.is_transient && s->in.march.method == SCT_FORWARD_EULER;
-  const int64_t saved = s->in.march.saves * c->n * (int64_t)(sizeof(double) + SAVED_TEXT);
+  const int matrices = s->in.is_transient && !is_explicit ? 2 : 1;
   (void)t;
-  return estimate_points(c->dim, c->n, &s->in.op) + saved +
-         (is_explicit ? 0 : estimate_system(c->dim, c->n, &s->in.op));
+  return estimate_points(c->dim, c->n, op) + matrices * estimate_matrix(c->dim, c->n, op) +
+         (is_explicit ? 0 : estimate_factors(c->dim, c->n, op)) +
+         s->in.march.saves * c->n * (int64_t)(sizeof(double) + SAVED_TEXT);
 }
 
 /* Results */

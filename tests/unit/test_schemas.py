@@ -168,7 +168,7 @@ class Documents(unittest.TestCase):
 
     def test_links_are_absolute_and_typed(self):
         for name in ("landing.json", "processes.json", "processes/solve.json"):
-            for link in re.findall(r'\{"href":[^}]*\}?[^}]*\}', json.dumps(DOCUMENTS[name])):
+            for link in re.findall(r'\{"href": "[^}]*\}?[^}]*\}', json.dumps(DOCUMENTS[name])):
                 link = json.loads(link)
                 with self.subTest(link["href"]):
                     self.assertTrue(link["href"].startswith("{B}/"))
