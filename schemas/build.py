@@ -21,7 +21,7 @@ HERE = pathlib.Path(__file__).resolve().parent
 RELATION = "http://www.opengis.net/def/rel/ogc/1.0/"
 CONFORMANCE = "http://www.opengis.net/spec/ogcapi-processes-1/1.0/conf/"
 CLASSES = ["core", "json", "oas30", "ogc-process-description", "job-list", "dismiss", "callback"]
-PROCESSES = ["solve", "apply", "diagnose", "study", "echo", "batch"]
+PROCESSES = ["solve", "apply", "diagnose", "study", "flow", "echo", "batch"]
 CONTROL = ["sync-execute", "async-execute", "dismiss"]
 CASES = [
     *("laplace", "smooth", "gartland", "smith-hutton", "skew", "three-point"),

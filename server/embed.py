@@ -1,15 +1,20 @@
 #!/usr/bin/env python3
-"""Writes a C file that holds documents as the table of document.h.
+"""Writes a C file that holds documents as the table of document.h, or files as that of asset.h.
 
     embed.py documents OUTPUT.c DIRECTORY [FILE...]
     embed.py study_documents OUTPUT.c FILE...
+    embed.py um_bridge_documents OUTPUT.c FILE...
+    embed.py assets OUTPUT.c [DIRECTORY]
 
 The first takes every .json and .html file below DIRECTORY by its path within it, and each FILE by its name.
 Of processes.json, shortened lists processes-1.json, processes-2.json, ... are added for
-GET /processes?limit=N, so that the daemon need not take JSON apart. The second takes JSON files by
-their names without suffix.
+GET /processes?limit=N, so that the daemon need not take JSON apart. The next two take JSON files by
+their names without suffix. The last takes the files of the built dashboard, index.html in DIRECTORY
+and all in its folder assets, each plain and under gzip; without DIRECTORY, the table is empty.
 """
 
+import gzip
+import hashlib
 import json
 import pathlib
 import sys
@@ -59,9 +64,37 @@ def table(name, found):
             f"}};\n\nconst size_t {count} = sizeof {name} / sizeof *{name};\n")
 
 
+TYPES = {
+    ".html": "text/html; charset=utf-8",
+    ".js": "text/javascript; charset=utf-8",
+    ".css": "text/css; charset=utf-8",
+    ".svg": "image/svg+xml",
+}
+
+
+def asset(path):
+    """A row of the table of assets."""
+    data = path.read_bytes()
+    packed = gzip.compress(data, 9, mtime=0)
+    etag = hashlib.sha256(data).hexdigest()[:16]
+    return (f'    {{"{path.name}", "{TYPES[path.suffix]}", "\\"{etag}\\"",\n'
+            f"    {literal(data)},\n    {len(data)},\n    {literal(packed)},\n    {len(packed)}}},\n")
+
+
+def asset_table(directories):
+    """The C file of the dashboard. Its table has an empty row at the end, as C wants one at least."""
+    rows = [asset(path) for directory in directories
+            for path in (directory / "index.html", *sorted((directory / "assets").iterdir()))]
+    return ('#include "asset.h"\n\nconst asset assets[] = {\n' + "".join(rows) + '    {"", "", "", "", 0, "", 0},\n};\n\n'
+            f"const size_t asset_count = {len(rows)};\n")
+
+
 def main():
     name, out, *files = sys.argv[1:]
     files = [pathlib.Path(file) for file in files]
+    if name == "assets":
+        pathlib.Path(out).write_text(asset_table(files))
+        return
     if name == "documents":
         found = gather(files[0], files[1:])
     else:

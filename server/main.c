@@ -15,7 +15,7 @@ static const char usage[] =
     "  scatterd run [options] REQUEST     answer one request (.json, .cbor; - is standard input)\n"
     "      --process ID                   which process (solve)\n"
     "      -o FILE                        where the result goes (standard output)\n"
-    "  scatterd --help | --version | --print-parameters\n\n"
+    "  scatterd --help | --version | --print-parameters | --print-manual\n\n"
     "Options, with their defaults; --config FILE reads them from lines `name = value`:\n";
 
 static int complain(const char *text) {
@@ -39,15 +39,18 @@ static int print_parameters(void) {
   return 0;
 }
 
+static int print_manual(void) {
+  param_manual(stdout);
+  return 0;
+}
+
 /* Words that stand alone. `worker` is how the front starts its workers. */
 static const struct {
   const char *word;
   int (*run)(void);
-} words[] = {{"--help", print_help},
-             {"-h", print_help},
-             {"--version", print_version},
-             {"--print-parameters", print_parameters},
-             {"worker", worker_main}};
+} words[] = {{"--help", print_help},           {"-h", print_help},
+             {"--version", print_version},     {"--print-parameters", print_parameters},
+             {"--print-manual", print_manual}, {"worker", worker_main}};
 
 /* Takes `name VALUE` out of argv; NULL if it is not there. */
 static const char *take(int *count, char **argv, const char *name) {

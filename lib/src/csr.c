@@ -51,6 +51,13 @@ void sct_csr_multiply_add(const sct_csr *a, double factor, const double *x, doub
   }
 }
 
+void sct_csr_multiply_transposed_add(const sct_csr *a, double factor, const double *x, double *y) {
+  for (int64_t i = 0; i < a->rows; i++) {
+    const double share = factor * x[i];
+    for (int64_t k = a->start[i]; k < a->start[i + 1]; k++) y[a->column[k]] += share * a->value[k];
+  }
+}
+
 void sct_csr_residual(const sct_csr *a, const double *x, const double *b, double *r,
                       double *scale) {
   for (int64_t i = 0; i < a->rows; i++) {

@@ -10,6 +10,7 @@
 #include "march_matrix.h"
 #include "march_plan.h"
 #include "march_scheme.h"
+#include "march_tape.h"
 
 typedef struct {
   sct_system **system;
@@ -148,12 +149,22 @@ static const char *advice(const marcher *m) {
              : "the operator feeds it: take upwinding, a smoother cloud or another scheme";
 }
 
+/* Where y is heading, from y at hand and before it: what iterative solvers start from. */
+static void extrapolate(const marcher *m, double dt) {
+  const double ahead = m->last > 0 ? dt / m->last : 0;
+  const int64_t unknowns = (*m->system)->unknowns;
+  for (int64_t i = 0; i < unknowns; i++) {
+    m->y[i] = ahead > 0 ? m->before[i] + ahead * (m->before[i] - m->y[i]) : m->before[i];
+  }
+}
+
 static sct_status step(marcher *m, double t, double dt, sct_error *err) {
   const sct_march_weights w = sct_march_weigh(m->options->method, m->last == 0 ? 0 : dt / m->last);
   old_part(m, w, dt);
   double *oldest = m->before;
   m->before = m->y;
   m->y = oldest;
+  extrapolate(m, dt);
   sct_status status = advance(m, t, err);
   if (status != SCT_OK) return status;
   new_part(m, w, dt);
@@ -166,6 +177,7 @@ static sct_status step(marcher *m, double t, double dt, sct_error *err) {
   m->last = dt;
   m->report->steps++;
   m->report->step = fmax(m->report->step, dt);
+  sct_tape_record(m->options->tape, *m->system, t, dt, m->phi, m->y);
   return sct_march_growth_check(&m->growth, *m->system, m->phi, t, dt, advice(m), err);
 }
 
@@ -223,7 +235,10 @@ static sct_status settle(marcher *m, sct_march_matrix *conditions, sct_error *er
   memcpy(m->rhs, m->y, (size_t)(*m->system)->unknowns * sizeof *m->rhs);
   new_part(m, (sct_march_weights){0}, 0);
   sct_status status = sct_march_matrix_factor(conditions, *m->system, 0, &m->solve, err);
-  if (status == SCT_E_SINGULAR && !is_explicit(m)) return SCT_OK; /* solved with the others only */
+  if (status == SCT_E_SINGULAR && !is_explicit(m)) {
+    if (m->options->tape != NULL) m->options->tape->is_settled = false;
+    return SCT_OK; /* solved with the others only */
+  }
   if (status == SCT_E_SINGULAR) {
     return sct_fail(err, status, -1,
                     "the condition rows are singular among themselves, which forward Euler solves "
@@ -234,7 +249,7 @@ static sct_status settle(marcher *m, sct_march_matrix *conditions, sct_error *er
 }
 
 static sct_status settle_for_rate(marcher *m, sct_error *err) {
-  if (sct_march_weigh(m->options->method, 0).explicit == 0) return SCT_OK;
+  if (!sct_march_uses_old_rate(m->options->method)) return SCT_OK;
   if (is_explicit(m)) {
     sct_status status = settle(m, m->matrix, err);
     if (status == SCT_OK) m->factored = 0;
@@ -261,7 +276,7 @@ static sct_status begin(marcher *m, sct_error *err) {
   m->t = m->options->start;
   m->factored = NAN;
   m->solve = m->options->solve;
-  m->solve.tolerance = fmax(m->solve.tolerance, step_tolerance);
+  m->solve.backward_error = fmax(m->solve.backward_error, step_tolerance);
   sct_status status = advance(m, m->t, err);
   if (status == SCT_OK) status = allocate(m, err);
   if (status == SCT_OK) status = sct_march_growth_new(*m->system, m->phi, &m->growth, err);
@@ -270,7 +285,10 @@ static sct_status begin(marcher *m, sct_error *err) {
   if (status == SCT_OK) status = sct_work_report(m->work, "march", 0, err);
   if (status != SCT_OK) return status;
   gather(m);
-  return settle_for_rate(m, err);
+  status = sct_tape_start(m->options->tape, m->options->method, *m->system, m->steps, err);
+  if (status == SCT_OK) status = settle_for_rate(m, err);
+  if (status == SCT_OK) sct_tape_record(m->options->tape, *m->system, m->t, 0, m->phi, m->y);
+  return status;
 }
 
 static void end(marcher *m) {

@@ -6,9 +6,10 @@
 
 struct sct_march_matrix {
   int64_t rows;
-  int32_t *unknown; /* [rows] unknown of a row */
-  int32_t *row_of;  /* [unknowns] its inverse, -1: not covered */
-  double *rhs, *x;  /* [rows] */
+  int32_t *unknown;     /* [rows] unknown of a row */
+  int32_t *row_of;      /* [unknowns] its inverse, -1: not covered */
+  double *rhs, *x;      /* [rows] */
+  uint8_t *is_equation; /* [rows] */
   sct_csr *matrix;
   sct_solver *solver;
   int64_t factorisations;
@@ -19,6 +20,7 @@ static void choose_rows(sct_march_matrix *m, const sct_system *system, bool cond
     m->row_of[i] = -1;
     if (conditions_only && system->is_equation[i]) continue;
     m->row_of[i] = (int32_t)m->rows;
+    m->is_equation[m->rows] = system->is_equation[i];
     m->unknown[m->rows++] = (int32_t)i;
   }
 }
@@ -31,6 +33,8 @@ sct_status sct_march_matrix_new(const sct_system *system, bool conditions_only,
   status = sct_alloc(&m->unknown, system->unknowns, sizeof *m->unknown, err);
   if (status != SCT_OK) goto done;
   status = sct_alloc(&m->row_of, system->unknowns, sizeof *m->row_of, err);
+  if (status != SCT_OK) goto done;
+  status = sct_alloc(&m->is_equation, system->unknowns, sizeof *m->is_equation, err);
   if (status != SCT_OK) goto done;
   choose_rows(m, system, conditions_only);
   status = sct_alloc(&m->rhs, m->rows, sizeof *m->rhs, err);
@@ -47,6 +51,7 @@ void sct_march_matrix_free(sct_march_matrix **matrix) {
   if (m == NULL) return;
   sct_release(&m->unknown);
   sct_release(&m->row_of);
+  sct_release(&m->is_equation);
   sct_release(&m->rhs);
   sct_release(&m->x);
   sct_csr_free(&m->matrix);
@@ -104,7 +109,10 @@ sct_status sct_march_matrix_factor(sct_march_matrix *m, const sct_system *system
                                    const sct_solve_options *options, sct_error *err) {
   if (m->rows == 0) return SCT_OK;
   sct_solve_options of_rows = *options;
-  if (m->rows < system->unknowns && options->dim > 1) of_rows.dim--; /* a boundary */
+  const bool all = m->rows == system->unknowns;
+  if (!all && options->dim > 1) of_rows.dim--; /* a boundary */
+  of_rows.is_equation = all ? m->is_equation : NULL;
+  of_rows.guess = all;
   sct_csr *next = NULL;
   sct_status status = form(m, system, shift, &next, err);
   if (status != SCT_OK) return status;
@@ -139,6 +147,29 @@ sct_status sct_march_matrix_solve(sct_march_matrix *m, const sct_system *system,
   sct_status status = sct_solver_solve(m->solver, m->rhs, false, m->x, err);
   for (int64_t r = 0; status == SCT_OK && r < m->rows; r++) y[m->unknown[r]] = m->x[r];
   return status;
+}
+
+/* With C the covered rows and E the others, M = [I 0; A_CE A_CC]: y_C = A_CC^-T rhs_C,
+ * y_E = rhs_E - A_CE^T y_C. */
+sct_status sct_march_matrix_solve_transposed(sct_march_matrix *m, const sct_system *system,
+                                             const double *rhs, double *y, sct_error *err) {
+  const sct_csr *a = system->matrix;
+  if (m->rows == system->unknowns && m->rows > 0) {
+    return sct_solver_solve(m->solver, rhs, true, y, err);
+  }
+  memcpy(y, rhs, (size_t)system->unknowns * sizeof *y);
+  if (m->rows == 0) return SCT_OK;
+  for (int64_t r = 0; r < m->rows; r++) m->rhs[r] = rhs[m->unknown[r]];
+  sct_status status = sct_solver_solve(m->solver, m->rhs, true, m->x, err);
+  if (status != SCT_OK) return status;
+  for (int64_t r = 0; r < m->rows; r++) {
+    const int32_t i = m->unknown[r];
+    y[i] = m->x[r];
+    for (int64_t k = a->start[i]; k < a->start[i + 1]; k++) {
+      if (m->row_of[a->column[k]] < 0) y[a->column[k]] -= a->value[k] * m->x[r];
+    }
+  }
+  return SCT_OK;
 }
 
 const sct_solve_report *sct_march_matrix_report(const sct_march_matrix *m) {

@@ -42,6 +42,10 @@ sct_march_weights sct_march_weigh(sct_march_method method, double ratio) {
   return schemes[method].weigh(ratio);
 }
 
+bool sct_march_uses_old_rate(sct_march_method method) {
+  return sct_march_weigh(method, 0).explicit != 0;
+}
+
 const char *sct_march_name(sct_march_method method) {
   return (unsigned)method < SCT_MARCH_COUNT ? schemes[method].name : NULL;
 }

@@ -17,4 +17,7 @@ typedef struct {
 /* Weights of a step `ratio` times as long as the one before; ratio 0: there is none before. */
 sct_march_weights sct_march_weigh(sct_march_method method, double ratio);
 
+/* Does a step use the rate at its old level? */
+bool sct_march_uses_old_rate(sct_march_method method);
+
 #endif

@@ -1,5 +1,5 @@
-/* The front of the table of solvers: checks, refines, estimates; the packages only factor and
- * substitute, with D A instead of A (solve_matrix.h). */
+/* The front of the table of solvers: checks, refines, estimates, falls back; the packages only
+ * factor and substitute, or iterate, with D A instead of A (solve_matrix.h). */
 #include "scatter/solve.h"
 
 #include <float.h>
@@ -11,14 +11,15 @@
 
 #include "alloc.h"
 #include "solve_kind.h"
+#include "solve_policy.h"
 
 struct sct_solver {
   const sct_solve_kind *kind;
   void *state;             /* of kind */
   sct_solve_matrix scaled; /* D A */
-  double tolerance;        /* backward error that needs no refinement */
-  double *work;            /* [4][n] scaled right-hand side, residual, its scale, second iterate */
-  const sct_csr *a;        /* the factored matrix, borrowed; NULL: none */
+  sct_solve_options options;
+  double *work;     /* [4][n] scaled right-hand side, residual, its scale, second iterate */
+  const sct_csr *a; /* the factored matrix, borrowed; NULL: none */
   sct_solve_report report;
 };
 
@@ -27,7 +28,7 @@ struct sct_solver {
  * by rounding, sound ones above 1e-8. */
 static const double least_reciprocal_condition = 1e-14;
 
-static const sct_solve_kind *const kinds[] = {&sct_solve_umfpack, &sct_solve_klu};
+static const sct_solve_kind *const kinds[] = {&sct_solve_umfpack, &sct_solve_klu, &sct_solve_petsc};
 enum { KINDS = sizeof kinds / sizeof *kinds };
 
 void sct_solver_prepare(void) {
@@ -36,26 +37,41 @@ void sct_solver_prepare(void) {
   }
 }
 
+sct_status sct_solver_load_iterative(sct_error *err) {
+  return sct_solve_petsc.load(err);
+}
+
 const char *sct_solver_name(int k) {
   return k >= 0 && k < KINDS ? kinds[k]->name : NULL;
 }
 
-/* Where KLU and UMFPACK cross over (tests/bench/bench_solve.md). */
-static const sct_solve_kind *automatic(int64_t rows, int dim) {
-  const int64_t small = dim == 3 ? 400 : 1000;
-  return rows < small || dim == 1 ? &sct_solve_klu : &sct_solve_umfpack;
+static const sct_solve_kind *direct_kind(int64_t rows, int dim) {
+  return sct_solve_suits_klu(rows, dim) ? &sct_solve_klu : &sct_solve_umfpack;
 }
 
-static sct_status choose(const char *method, int64_t rows, int dim, const sct_solve_kind **kind,
-                         sct_error *err) {
-  *kind = automatic(rows, dim);
-  if (method == NULL || strcmp(method, "auto") == 0 || strcmp(method, "direct") == 0) return SCT_OK;
+static const sct_solve_kind *automatic_kind(const sct_csr *a, int dim) {
+  const sct_solve_traits traits = sct_solve_traits_of(a, dim);
+  if (sct_solve_suits_iteration(&traits) && sct_solver_load_iterative(NULL) == SCT_OK) {
+    return &sct_solve_petsc;
+  }
+  return direct_kind(a->rows, dim);
+}
+
+static sct_status choose(const sct_csr *a, const sct_solve_options *options,
+                         const sct_solve_kind **kind, sct_error *err) {
+  const char *method = options->method == NULL ? "auto" : options->method;
+  if (strcmp(method, "auto") == 0) {
+    *kind = automatic_kind(a, options->dim);
+    return SCT_OK;
+  }
+  *kind = direct_kind(a->rows, options->dim);
+  if (strcmp(method, "direct") == 0) return SCT_OK;
   char known[128] = "auto, direct";
   size_t length = strlen(known);
   for (int k = 0; k < KINDS; k++) {
     if (strcmp(method, kinds[k]->name) == 0) {
       *kind = kinds[k];
-      return SCT_OK;
+      return kinds[k]->load == NULL ? SCT_OK : kinds[k]->load(err);
     }
     length += (size_t)snprintf(known + length, sizeof known - length, ", %s", kinds[k]->name);
   }
@@ -99,9 +115,23 @@ static sct_status check_pattern(const sct_csr *a, sct_error *err) {
   return SCT_OK;
 }
 
+/* Takes the pattern into the package of `kind`, in the place of whatever there was. */
+static sct_status begin_kind(sct_solver *s, const sct_solve_kind *kind, const sct_csr *a,
+                             sct_error *err) {
+  if (s->state != NULL) s->kind->free(s->state);
+  s->state = NULL;
+  sct_solve_matrix_clear(&s->scaled);
+  s->kind = kind;
+  s->report.method = kind->name;
+  s->report.ordering = NULL;
+  sct_status status = sct_solve_matrix_pattern(&s->scaled, a, kind->iterates, err);
+  if (status != SCT_OK) return status;
+  return kind->analyse(&s->scaled, &s->options, &s->state, &s->report, err);
+}
+
 sct_status sct_solver_analyse(const sct_csr *a, const sct_solve_options *options,
                               sct_solver **solver, sct_error *err) {
-  static const sct_solve_options defaults = {0, "auto", 0};
+  static const sct_solve_options defaults = {.method = "auto"};
   if (options == NULL) options = &defaults;
   const double begin = now();
   sct_solver *s = NULL;
@@ -110,20 +140,16 @@ sct_status sct_solver_analyse(const sct_csr *a, const sct_solve_options *options
   if (status != SCT_OK) goto done;
   status = check_pattern(a, err);
   if (status != SCT_OK) goto done;
-  status = choose(options->method, a->rows, options->dim, &kind, err);
+  status = choose(a, options, &kind, err);
   if (status != SCT_OK) goto done;
   status = sct_alloc_zero(&s, 1, sizeof *s, err);
   if (status != SCT_OK) goto done;
-  status = sct_solve_matrix_pattern(&s->scaled, a, err);
-  if (status != SCT_OK) goto done;
   status = sct_alloc(&s->work, 4 * a->rows, sizeof *s->work, err);
   if (status != SCT_OK) goto done;
-  s->kind = kind;
-  s->tolerance = fmax(options->tolerance, DBL_EPSILON);
-  s->report.method = kind->name;
+  s->options = *options;
   s->report.rows = a->rows;
   s->report.nonzeros = sct_csr_entries(a);
-  status = kind->analyse(&s->scaled, options, &s->state, &s->report, err);
+  status = begin_kind(s, kind, a, err);
   s->report.seconds_factor = now() - begin;
 done:
   if (status != SCT_OK) sct_solver_free(&s);
@@ -164,35 +190,65 @@ static sct_status reciprocal_condition(sct_solver *s, double *rcond, sct_error *
   const sct_solve_matrix *m = &s->scaled;
   double *w = s->work, *z = w + m->n, *e = z + m->n, *y = e + m->n;
   memset(w, 0, (size_t)m->n * sizeof *w);
-  for (int p = 0; p < m->start[m->n]; p++) w[m->row[p]] += fabs(m->value[p]);
-  sct_status status = s->kind->solve(s->state, m, w, false, z, err);
+  for (int p = 0; p < m->start[m->n]; p++) w[m->index[p]] += fabs(m->value[p]);
+  sct_status status = s->kind->solve(s->state, m, w, false, z, &s->report, err);
   if (status != SCT_OK) return status;
   int j = 0;
   const double first = max_abs(z, m->n, &j);
   memset(e, 0, (size_t)m->n * sizeof *e);
   e[j] = 1;
-  status = s->kind->solve(s->state, m, e, true, y, err);
+  status = s->kind->solve(s->state, m, e, true, y, &s->report, err);
   double second = 0;
   for (int i = 0; i < m->n; i++) second += w[i] * fabs(y[i]);
   *rcond = isfinite(first) && isfinite(second) ? 1 / fmax(first, second) : 0;
   return status;
 }
 
+/* Refuses what is singular to working precision; iterative rows do not know. */
+static sct_status check_condition(sct_solver *s, sct_error *err) {
+  double *rcond = &s->report.reciprocal_condition;
+  *rcond = 0;
+  if (s->kind->iterates) return SCT_OK;
+  sct_status status = reciprocal_condition(s, rcond, err);
+  if (status != SCT_OK || *rcond >= least_reciprocal_condition) return status;
+  return sct_fail(err, SCT_E_SINGULAR, -1, "reciprocal condition number is %.1e, needs %.0e",
+                  *rcond, least_reciprocal_condition);
+}
+
+static sct_status factor_values(sct_solver *s, const sct_csr *a, sct_error *err) {
+  const uint8_t *is_equation = s->options.is_equation;
+  sct_status status = SCT_OK;
+  if (s->state == NULL) status = begin_kind(s, s->kind, a, err); /* it had no memory before */
+  if (status == SCT_OK) status = sct_solve_matrix_values(&s->scaled, a, is_equation, err);
+  if (status == SCT_OK) status = s->kind->factor(s->state, &s->scaled, &s->report, err);
+  if (status == SCT_OK) status = check_condition(s, err);
+  return status;
+}
+
+/* A direct solver in the place of one that does not converge, for good; `why` says what happened.
+ * It is the failure where the direct one would be too slow. */
+static sct_status fall_back(sct_solver *s, const sct_csr *a, const sct_error *why, sct_error *err) {
+  if (!sct_solve_suits_fallback(a->rows, s->options.dim)) {
+    if (err != NULL) *err = *why;
+    return why->code;
+  }
+  snprintf(s->report.fallback, sizeof s->report.fallback, "%.*s", SCT_SOLVE_REASON - 1, why->text);
+  sct_status status = begin_kind(s, direct_kind(a->rows, s->options.dim), a, err);
+  return status == SCT_OK ? factor_values(s, a, err) : status;
+}
+
 sct_status sct_solver_factor(sct_solver *solver, const sct_csr *a, sct_error *err) {
   const double begin = now();
   const double analysis = solver->a == NULL ? solver->report.seconds_factor : 0;
+  sct_error why = {.code = SCT_OK};
   solver->a = NULL;
-  sct_status status = sct_solve_matrix_values(&solver->scaled, a, err);
-  if (status != SCT_OK) return status;
-  status = solver->kind->factor(solver->state, &solver->scaled, &solver->report, err);
-  if (status != SCT_OK) return status;
-  double *rcond = &solver->report.reciprocal_condition;
-  status = reciprocal_condition(solver, rcond, err);
-  if (status != SCT_OK) return status;
-  if (*rcond < least_reciprocal_condition) {
-    return sct_fail(err, SCT_E_SINGULAR, -1, "reciprocal condition number is %.1e, needs %.0e",
-                    *rcond, least_reciprocal_condition);
+  sct_status status = factor_values(solver, a, &why);
+  if (status == SCT_E_CONVERGENCE) {
+    status = fall_back(solver, a, &why, err);
+  } else if (status != SCT_OK && err != NULL) {
+    *err = why;
   }
+  if (status != SCT_OK) return status;
   solver->a = a;
   solver->report.seconds_factor = analysis + now() - begin;
   return SCT_OK;
@@ -204,12 +260,12 @@ static sct_status substitute(sct_solver *s, const double *b, bool transposed, do
   const int n = s->scaled.n;
   double *rhs = s->work;
   if (transposed) {
-    sct_status status = s->kind->solve(s->state, &s->scaled, b, true, x, err);
+    sct_status status = s->kind->solve(s->state, &s->scaled, b, true, x, &s->report, err);
     for (int i = 0; status == SCT_OK && i < n; i++) x[i] *= s->scaled.scale[i];
     return status;
   }
   for (int i = 0; i < n; i++) rhs[i] = s->scaled.scale[i] * b[i];
-  return s->kind->solve(s->state, &s->scaled, rhs, false, x, err);
+  return s->kind->solve(s->state, &s->scaled, rhs, false, x, &s->report, err);
 }
 
 static bool all_finite(const double *x, int n) {
@@ -248,6 +304,24 @@ static sct_status refine(sct_solver *s, const double *b, bool transposed, double
   return SCT_OK;
 }
 
+/* By whoever is able to: the chosen solver, or the one that takes over. */
+static sct_status substitute_or_fall_back(sct_solver *s, const double *b, bool transposed,
+                                          double *x, sct_error *err) {
+  sct_error why = {.code = SCT_OK};
+  const sct_csr *a = s->a;
+  sct_status status = substitute(s, b, transposed, x, &why);
+  if (status != SCT_E_CONVERGENCE) {
+    if (status != SCT_OK && err != NULL) *err = why;
+    if (status != SCT_OK) s->a = NULL; /* the preconditioner went with the memory */
+    return status;
+  }
+  s->a = NULL; /* until there are factors again */
+  status = fall_back(s, a, &why, err);
+  if (status != SCT_OK) return status;
+  s->a = a;
+  return substitute(s, b, transposed, x, err);
+}
+
 sct_status sct_solver_solve(sct_solver *solver, const double *b, bool transposed, double *x,
                             sct_error *err) {
   const double begin = now();
@@ -257,11 +331,13 @@ sct_status sct_solver_solve(sct_solver *solver, const double *b, bool transposed
   if (!all_finite(b, n)) {
     return sct_fail(err, SCT_E_NOT_FINITE, -1, "the right-hand side is not finite");
   }
-  sct_status status = substitute(solver, b, transposed, x, err);
+  sct_status status = substitute_or_fall_back(solver, b, transposed, x, err);
   if (status != SCT_OK) return status;
-  report->iterations = 0;
+  const bool direct = !solver->kind->iterates;
+  if (direct) report->iterations = 0;
   report->residual = backward_error(solver, x, b, transposed);
-  if (report->residual > solver->tolerance && isfinite(report->residual)) {
+  const double content = fmax(solver->options.backward_error, DBL_EPSILON);
+  if (direct && report->residual > content && isfinite(report->residual)) {
     status = refine(solver, b, transposed, x, err);
   }
   if (status != SCT_OK) return status;

@@ -66,12 +66,14 @@ static sct_status factor(void *state, const sct_solve_matrix *a, sct_solve_repor
 }
 
 static sct_status solve(void *state, const sct_solve_matrix *a, const double *b, bool transposed,
-                        double *x, sct_error *err) {
+                        double *x, sct_solve_report *report, sct_error *err) {
   klu_state *s = state;
+  (void)report;
   memcpy(x, b, (size_t)a->n * sizeof *x);
   const int ok = transposed ? klu_tsolve(s->symbolic, s->numeric, a->n, 1, x, &s->common)
                             : klu_solve(s->symbolic, s->numeric, a->n, 1, x, &s->common);
   return ok ? SCT_OK : failure(s, a, "solve", err);
 }
 
-const sct_solve_kind sct_solve_klu = {"klu", NULL, analyse, factor, solve, release};
+const sct_solve_kind sct_solve_klu = {
+    .name = "klu", .analyse = analyse, .factor = factor, .solve = solve, .free = release};

@@ -65,7 +65,7 @@ static sct_status analyse(const sct_solve_matrix *a, const sct_solve_options *op
   s->control[UMFPACK_ORDERING] =
       options->dim == 3 && a->n >= metis_rows ? UMFPACK_ORDERING_METIS : UMFPACK_ORDERING_AMD;
   s->control[UMFPACK_IRSTEP] = 0; /* refinement is the front's, with A as the caller gave it */
-  const int code = umfpack_di_symbolic(a->n, a->n, a->start, a->row, a->value, &s->symbolic,
+  const int code = umfpack_di_symbolic(a->n, a->n, a->start, a->index, a->value, &s->symbolic,
                                        s->control, s->info);
   if (code != UMFPACK_OK) status = failure(s, a, "analysis", code, err);
   report->ordering = ordering_name(s);
@@ -82,8 +82,8 @@ static sct_status factor(void *state, const sct_solve_matrix *a, sct_solve_repor
                          sct_error *err) {
   umf_state *s = state;
   if (s->numeric != NULL) umfpack_di_free_numeric(&s->numeric);
-  const int code =
-      umfpack_di_numeric(a->start, a->row, a->value, s->symbolic, &s->numeric, s->control, s->info);
+  const int code = umfpack_di_numeric(a->start, a->index, a->value, s->symbolic, &s->numeric,
+                                      s->control, s->info);
   if (code != UMFPACK_OK) return failure(s, a, "factorisation", code, err);
   report->factor_nonzeros = (int64_t)(s->info[UMFPACK_LNZ] + s->info[UMFPACK_UNZ]);
   report->peak_bytes = (int64_t)(s->info[UMFPACK_PEAK_MEMORY] * s->info[UMFPACK_SIZE_OF_UNIT]);
@@ -91,10 +91,11 @@ static sct_status factor(void *state, const sct_solve_matrix *a, sct_solve_repor
 }
 
 static sct_status solve(void *state, const sct_solve_matrix *a, const double *b, bool transposed,
-                        double *x, sct_error *err) {
+                        double *x, sct_solve_report *report, sct_error *err) {
   umf_state *s = state;
+  (void)report;
   const int code =
-      umfpack_di_wsolve(transposed ? UMFPACK_At : UMFPACK_A, a->start, a->row, a->value, x, b,
+      umfpack_di_wsolve(transposed ? UMFPACK_At : UMFPACK_A, a->start, a->index, a->value, x, b,
                         s->numeric, s->control, s->info, s->index, s->work);
   return code == UMFPACK_OK ? SCT_OK : failure(s, a, "solve", code, err);
 }
@@ -107,4 +108,9 @@ static void prepare(void) {
               1);
 }
 
-const sct_solve_kind sct_solve_umfpack = {"umfpack", prepare, analyse, factor, solve, release};
+const sct_solve_kind sct_solve_umfpack = {.name = "umfpack",
+                                          .prepare = prepare,
+                                          .analyse = analyse,
+                                          .factor = factor,
+                                          .solve = solve,
+                                          .free = release};

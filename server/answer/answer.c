@@ -16,6 +16,7 @@
 #include "render.h"
 #include "report.h"
 #include "scatter/solve.h"
+#include "um_bridge.h"
 
 /* Results out */
 
@@ -207,10 +208,17 @@ void answer_prepare(void) {
 }
 
 void answer(const ask *a, reply *r) {
+  if (um_bridge_is(a->process)) {
+    um_bridge_answer(a, r);
+    return;
+  }
   by_href references = {.calls = &a->calls};
   task t = {.limits = a->limits,
             .by_href = &references,
-            .work = {(int)a->limits->threads, a->calls.report, a->calls.context}};
+            .work = {(int)a->limits->threads, a->calls.report, a->calls.context},
+            .checkpoint = a->checkpoint,
+            .checkpoint_size = a->checkpoint_size,
+            .keep_checkpoint = a->calls.checkpoint};
   *r = (reply){.status = 500};
   stopwatch_start(&t.watch);
   report_begin();

@@ -21,8 +21,7 @@ static bool read_indices(task *t, const item *it, const cloud_input *c, point_gr
   return true;
 }
 
-/* `on`: a name or a list of points. */
-static bool read_points(task *t, const item *it, cloud_input *c, point_group *group) {
+bool read_points(task *t, const item *it, cloud_input *c, point_group *group) {
   const char *name = NULL;
   if (!read_required(t, it)) return false;
   if (it->doc->kind != DOC_TEXT && !item_rank(it)) {

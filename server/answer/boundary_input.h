@@ -34,6 +34,9 @@ typedef struct {
  * without is. An absent input leaves all points interior. False with complaints. */
 bool boundary_input_read(task *t, const item *it, cloud_input *c, double time, boundary_input *b);
 
+/* `on`: the name of a group of the cloud, or a list of points. False with a complaint. */
+bool read_points(task *t, const item *it, cloud_input *c, point_group *group);
+
 /* Brings values and coefficients to another time. False with a complaint. */
 bool boundary_input_advance(task *t, boundary_input *b, double time);
 

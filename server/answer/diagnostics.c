@@ -153,6 +153,19 @@ static void write_peclet(emit *e, const diagnostics *d) {
   emit_end(e);
 }
 
+/* What an iterative method tells, or told before a direct one took over. */
+static void write_iteration(emit *e, const sct_solve_report *solve) {
+  if (!solve->krylov) return;
+  member_text(e, "krylov", solve->krylov);
+  member_text(e, "preconditioner", solve->preconditioner);
+  member_number(e, "relative_residual", solve->relative_residual);
+  member_object(e, "history");
+  member_integer(e, "every", solve->history_every);
+  member_doubles(e, "residual", solve->history, solve->history_count);
+  emit_end(e);
+  if (solve->fallback[0] != '\0') member_text(e, "fallback", solve->fallback);
+}
+
 static void write_solver(emit *e, const sct_solve_report *solve) {
   if (!solve->method) return;
   member_object(e, "solver");
@@ -160,9 +173,12 @@ static void write_solver(emit *e, const sct_solve_report *solve) {
   member_text(e, "ordering", solve->ordering);
   member_integer(e, "iterations", solve->iterations);
   member_number(e, "residual", solve->residual);
-  member_number(e, "reciprocal_condition", solve->reciprocal_condition);
-  member_integer(e, "factor_nonzeros", solve->factor_nonzeros);
+  if (solve->reciprocal_condition > 0) {
+    member_number(e, "reciprocal_condition", solve->reciprocal_condition);
+  }
+  if (solve->factor_nonzeros > 0) member_integer(e, "factor_nonzeros", solve->factor_nonzeros);
   member_integer(e, "peak_bytes", solve->peak_bytes);
+  write_iteration(e, solve);
   emit_end(e);
 }
 

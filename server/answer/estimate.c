@@ -3,7 +3,7 @@
 #include <math.h>
 
 /* Of a worker that has done nothing. */
-static const int64_t BASE = 15000000;
+static const int64_t BASE = 19000000;
 
 double estimate_neighbours(int dim, double radius) {
   const int reach = (int)radius;

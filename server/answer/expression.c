@@ -170,6 +170,11 @@ void language_free(language **l) {
   *l = NULL;
 }
 
+void language_set(language *l, const char *name, double value) {
+  mupDefineConst(l->parser, name, value);
+  l->loaded = NULL; /* it holds the value before */
+}
+
 /* Check */
 
 static bool fail(expression_error *error, int64_t position, const char *format, ...)
@@ -233,6 +238,22 @@ static const char *skip_number(const char *c) {
   if (!isdigit((unsigned char)*digits)) return c;
   while (isdigit((unsigned char)*digits)) digits++;
   return digits;
+}
+
+bool expression_names(const expression *e, const char *name) {
+  const size_t length = strlen(name);
+  for (const char *c = e->text; *c;) {
+    const char *word = c;
+    if (isdigit((unsigned char)*c) || *c == '.') {
+      c = skip_number(c);
+    } else if (is_name_start(*c)) {
+      while (is_name_char(*c)) c++;
+      if ((size_t)(c - word) == length && !memcmp(word, name, length)) return true;
+    } else {
+      c++;
+    }
+  }
+  return false;
 }
 
 static bool is_comparison(const char *text, const char *c) {

@@ -19,6 +19,9 @@
 language *language_of(task *t);
 void language_free(language **l);
 
+/* Gives a parameter another value, for evaluations to come. */
+void language_set(language *l, const char *name, double value);
+
 /* Is `name` one that parameters cannot have: a variable, pi or a function? And the names, NULL at
  * the end. */
 bool expression_is_reserved(const char *name);
@@ -28,6 +31,9 @@ typedef struct {
   const char *text;
   bool varies; /* with t */
 } expression;
+
+/* Does the name stand in it? */
+bool expression_names(const expression *e, const char *name);
 
 /* Where and why an expression is not understood. */
 typedef struct {

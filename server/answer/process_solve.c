@@ -1,41 +1,15 @@
 /* process_solve.c - d phi / dt + u . grad phi = div(mu grad phi) + s - k phi on a cloud. */
 #include <string.h>
 
-#include "diagnostics.h"
 #include "estimate.h"
 #include "member.h"
-#include "process.h"
+#include "process_solve.h"
 #include "report.h"
-#include "solve_input.h"
 
 /* Bits of `wanted`: the outputs in their order. */
 enum { SOLUTION = 1, POINTS = 2, NORMS = 4, DIAGNOSTICS = 8, HISTORY = 16 };
 
 enum { SAVED_TEXT = 32 /* bytes: a saved value in a result that doubles as it grows */ };
-
-typedef struct {
-  solve_input in;
-  discretisation grid;
-  sct_system *system;
-  sct_solver *solver;
-  double *phi;   /* [n] the solution, by place */
-  uint8_t *mask; /* [n] points that carry the equation, by place; NULL: none do, count all */
-  /* results, by the client's numbers */
-  double *solution;
-  sct_norms norms;
-  diagnostics diagnostics;
-  sct_solve_report solve;
-  sct_march_report march;
-  /* history, [saves] and [saves][n] */
-  int64_t saved;
-  double *saved_time, *saved_l2, *saved_linf, *saved_solution;
-} solve;
-
-/* What a callback of the march needs. */
-typedef struct {
-  task *t;
-  solve *s;
-} context;
 
 static void read_solve(task *t, const item *in, void *state) {
   solve_input_read(t, in, &((solve *)state)->in);
@@ -83,12 +57,14 @@ static sct_status prepare(task *t, solve *s) {
 
 /* Steady */
 
-/* A matrix as badly conditioned as this may be singular but for rounding. */
+/* A matrix as badly conditioned as this, or nobody knows how badly, may be singular but for
+ * rounding. */
 static const double SUSPICIOUS = 1e-12;
 
 static sct_status factor(task *t, solve *s) {
   const sct_csr *a = s->system->matrix;
   if (sct_work_report(&t->work, "factor", 0, &t->error)) return t->error.code;
+  s->in.march.solve.is_equation = s->system->is_equation;
   sct_status status = sct_solver_analyse(a, &s->in.march.solve, &s->solver, &t->error);
   if (!status) status = sct_solver_factor(s->solver, a, &t->error);
   stopwatch_lap(&t->watch, LAP_FACTOR);
@@ -117,8 +93,8 @@ static sct_status solve_steady(task *t, solve *s) {
 
 /* In time */
 
-static sct_status advance(void *of, double time, sct_system **system, double *phi, sct_error *err) {
-  const context *c = of;
+sct_status solve_advance(void *of, double time, sct_system **system, double *phi, sct_error *err) {
+  const solve_context *c = of;
   solve *s = c->s;
   sct_system *next = NULL;
   if (!solve_input_advance(c->t, &s->in, time)) {
@@ -148,7 +124,7 @@ static bool take_history(task *t, solve *s) {
 
 /* Keeps phi if this is the next time to save; the march hands out its end, too. */
 static sct_status save(void *of, double time, const double *phi, sct_error *err) {
-  const context *c = of;
+  const solve_context *c = of;
   solve *s = c->s;
   const cloud_input *cloud = &s->in.cloud;
   const int64_t n = cloud->cloud.n, k = s->saved;
@@ -168,9 +144,9 @@ static sct_status save(void *of, double time, const double *phi, sct_error *err)
 }
 
 static sct_status solve_in_time(task *t, solve *s) {
-  context c = {t, s};
+  solve_context c = {t, s};
   const sct_march_problem in_time = {
-      .varies = solve_input_varies(&s->in), .context = &c, .advance = advance, .save = save};
+      .varies = solve_input_varies(&s->in), .context = &c, .advance = solve_advance, .save = save};
   if (!take_history(t, s)) return t->error.code;
   sct_status status =
       sct_march(&s->system, &s->in.march, &in_time, &t->work, s->phi, &s->march, &t->error);
@@ -212,11 +188,16 @@ static sct_status diagnose(task *t, solve *s) {
   return SCT_OK;
 }
 
+sct_status solve_compute(task *t, solve *s) {
+  sct_status status = prepare(t, s);
+  if (!status) status = s->in.is_transient ? solve_in_time(t, s) : solve_steady(t, s);
+  return status;
+}
+
 static sct_status run_solve(task *t, unsigned wanted, void *state) {
   solve *s = state;
   const cloud_input *c = &s->in.cloud;
-  sct_status status = prepare(t, s);
-  if (!status) status = s->in.is_transient ? solve_in_time(t, s) : solve_steady(t, s);
+  sct_status status = solve_compute(t, s);
   if (!status && (wanted & DIAGNOSTICS)) status = diagnose(t, s);
   if (status) return status;
   if (s->in.exact.value) {
@@ -226,7 +207,7 @@ static sct_status run_solve(task *t, unsigned wanted, void *state) {
   return t->error.code;
 }
 
-static void clear_solve(void *state) {
+void solve_clear(void *state) {
   solve *s = state;
   sct_solver_free(&s->solver);
   sct_system_free(&s->system);
@@ -278,7 +259,7 @@ const process process_solve = {
     .state_size = sizeof(solve),
     .read = read_solve,
     .run = run_solve,
-    .clear = clear_solve,
+    .clear = solve_clear,
     .memory = memory_of_solve,
     .coordinates = write_points,
     .outputs = {{"solution", NULL, false, write_solution, OUTPUT_FIELD},

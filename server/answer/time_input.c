@@ -57,21 +57,37 @@ bool time_input_read(task *t, const item *it, sct_march_options *march) {
   return good;
 }
 
+/* A method that this daemon was built without, or that is not installed. */
+static bool method_is_there(task *t, const item *method, const char *name) {
+  sct_error why;
+  if (strcmp(name, "iterative") != 0) return true;
+  if (sct_solver_load_iterative(&why) != SCT_E_ARGUMENT) return true;
+  complain(t, method, "is \"iterative\": %s", why.text);
+  return false;
+}
+
 bool solver_input_read(task *t, const item *it, sct_solve_options *solve) {
   enum { NAMES_MAX = 16 };
-  static const char *const members[] = {"method", "tolerance", "max_iterations", NULL};
+  static const char *const members[] = {"method", "tolerance", "max_iterations", "preconditioner",
+                                        NULL};
+  static const char *const preconditioners[] = {"auto", "ilu", "amg", NULL};
   static const range tolerances = {0, 1, true, false};
   const char *names[NAMES_MAX + 1] = {"auto", "direct"};
   item method = item_member(it, "method"), tolerance = item_member(it, "tolerance");
   item iterations = item_member(it, "max_iterations");
+  item preconditioner = item_member(it, "preconditioner");
+  int conditioned = 0;
   int64_t count = 0;
   int chosen = 0;
   for (int k = 0; k + 2 < NAMES_MAX && sct_solver_name(k); k++) names[k + 2] = sct_solver_name(k);
   bool good = read_object(t, it, members);
   if (it->doc && it->doc->kind != DOC_OBJECT) return false;
-  good &= read_choice(t, &method, names, &chosen);
+  good &= read_choice(t, &method, names, &chosen) && method_is_there(t, &method, names[chosen]);
   good &= read_number(t, &tolerance, &tolerances, &solve->tolerance);
   good &= read_integer(t, &iterations, 1, INT32_MAX, &count);
+  good &= read_choice(t, &preconditioner, preconditioners, &conditioned);
   solve->method = names[chosen];
+  solve->preconditioner = conditioned ? preconditioners[conditioned] : NULL;
+  solve->max_iterations = count;
   return good;
 }

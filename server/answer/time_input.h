@@ -9,7 +9,7 @@
  * (1). *march is zeroed where the input is absent. False with complaints. */
 bool time_input_read(task *t, const item *it, sct_march_options *march);
 
-/* Reads `solver`: the method, and for the day of iterative ones tolerance and max_iterations. */
+/* Reads `solver`: the method, and for iterative ones tolerance, max_iterations and preconditioner. */
 bool solver_input_read(task *t, const item *it, sct_solve_options *solve);
 
 #endif

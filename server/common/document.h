@@ -17,4 +17,7 @@ extern const size_t document_count;
 extern const document study_documents[]; /* cases of process study, by case */
 extern const size_t study_document_count;
 
+extern const document um_bridge_documents[]; /* [1] the config of a UM-Bridge model without one */
+extern const size_t um_bridge_document_count;
+
 #endif

@@ -57,6 +57,7 @@ typedef enum {
 
 typedef struct {
   ipc_kind kind;
+  double time;          /* PROGRESS, REPLY: when it is said (s), on the clock of both */
   char phase[32];       /* PROGRESS */
   double fraction;      /* PROGRESS: 0 to 1 */
   char href[IPC_URL];   /* FETCH: as the client wrote it */

@@ -178,16 +178,28 @@ bool coding_of_body(const char *content_encoding, coding *out) {
   return true;
 }
 
-bool coding_choose(const char *accept_encoding, coding *out) {
-  double quality[CODING_COUNT] = {[CODING_IDENTITY] = -1};
-  double star = -1;
+/* What the field says of each coding, and of "*"; what it does not name stays as it is. */
+static void read_qualities(const char *accept_encoding, double quality[CODING_COUNT],
+                           double *star) {
   field_item item;
   for (const char *rest = accept_encoding != NULL ? accept_encoding : "";
        field_next(&rest, &item);) {
     const int row = coding_row(item.name);
     if (row >= 0) quality[row] = field_quality(&item);
-    if (span_is(item.name, "*")) star = field_quality(&item);
+    if (span_is(item.name, "*")) *star = field_quality(&item);
   }
+}
+
+bool coding_accepts(const char *accept_encoding, coding c) {
+  double quality[CODING_COUNT] = {0}, star = 0;
+  read_qualities(accept_encoding, quality, &star);
+  return quality[c] > 0;
+}
+
+bool coding_choose(const char *accept_encoding, coding *out) {
+  double quality[CODING_COUNT] = {[CODING_IDENTITY] = -1};
+  double star = -1;
+  read_qualities(accept_encoding, quality, &star);
   /* Identity not named is acceptable, but least wanted, unless "*;q=0" rules it out. */
   if (quality[CODING_IDENTITY] < 0) quality[CODING_IDENTITY] = star == 0 ? 0 : 1e-6;
   *out = CODING_IDENTITY;

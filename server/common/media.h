@@ -63,4 +63,7 @@ bool coding_of_body(const char *content_encoding, coding *out);
  * False if the client takes none of ours, not even identity. */
 bool coding_choose(const char *accept_encoding, coding *out);
 
+/* Does the client take this coding, asked for by name? For what is stored in that coding only. */
+bool coding_accepts(const char *accept_encoding, coding c);
+
 #endif

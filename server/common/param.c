@@ -31,6 +31,8 @@ static const parameter table[] = {
     {"data-dir", TEXT, "DIR", AT(data_dir), "", 0, 0,
      "directory of the daemon's files; empty means $XDG_DATA_HOME/scatterd or "
      "~/.local/share/scatterd"},
+    {"user", TEXT, "NAME", AT(user), "", 0, 0,
+     "who to run as when started by root, once the socket is open; empty means no change"},
     {"public-url", URL, "URL", AT(public_url), "", 0, 0,
      "address of this service as clients see it, for links; empty means the Host of each request"},
     {"cors-origins", TEXT, "LIST", AT(cors_origins), "", 0, 0,
@@ -377,4 +379,41 @@ void param_reference(FILE *out) {
     print_range(out, row);
     fprintf(out, " %s |\n", row->help);
   }
+}
+
+/* In the man macros a line that starts with . or ' is a request, and a backslash an escape; no text
+ * of the table has either. */
+static void print_option(FILE *out, const parameter *row) {
+  fprintf(out, ".TP\n.BI \\-\\-%s \" %s\"\n%s", row->name, *row->unit != '\0' ? row->unit : "N",
+          row->help);
+  if (*row->initial != '\0') fprintf(out, " (default: %s)", row->initial);
+  fputs(".\n", out);
+}
+
+void param_manual(FILE *out) {
+  fputs(
+      ".TH SCATTERD 1\n.SH NAME\n"
+      "scatterd \\- solves partial differential equations on scattered points, over HTTP\n"
+      ".SH SYNOPSIS\n"
+      ".B scatterd\n[\\-\\-config \\fIFILE\\fR] [\\fIoptions\\fR]\n.br\n"
+      ".B scatterd run\n[\\-\\-process \\fIID\\fR] [\\-o \\fIFILE\\fR] [\\fIoptions\\fR] "
+      "\\fIREQUEST\\fR\n"
+      ".SH DESCRIPTION\n"
+      "The first form serves: OGC API \\- Processes at the address of \\-\\-listen, described by\n"
+      "the service itself under / and /api. The second answers one request from a file (.json\n"
+      "or .cbor; \\- is the standard input) without a server.\n"
+      ".SH OPTIONS\n"
+      "Each may stand in the file of \\-\\-config as a line name = value; the command line wins.\n"
+      "Sizes take KiB, MiB and GiB.\n",
+      out);
+  for (int k = 0; k < ROWS; k++) print_option(out, &table[k]);
+  fputs(
+      ".SH SIGNALS\nSIGTERM and SIGINT end the daemon after the running requests; a second one "
+      "at once.\n"
+      ".SH EXIT STATUS\n0 after serving or answering, 1 when that failed, 2 for a wrong command "
+      "line.\n"
+      ".SH FILES\n"
+      ".TP\n.I /etc/scatterd/scatterd.conf\noptions of the packaged service\n"
+      ".TP\n.I /var/lib/scatterd\nits data\n",
+      out);
 }

@@ -16,6 +16,7 @@ enum { PARAM_TEXT = 1024 };
 typedef struct {
   char listen[PARAM_TEXT];
   char data_dir[PARAM_TEXT];
+  char user[PARAM_TEXT];
   char public_url[PARAM_TEXT];
   char cors_origins[PARAM_TEXT];
   int64_t log_level; /* log_level of log.h */
@@ -70,6 +71,9 @@ bool param_take(parameters *p, int *count, char **argv, fault *why);
 /* The option part of --help; the reference page in Markdown. */
 void param_help(FILE *out);
 void param_reference(FILE *out);
+
+/* The manual page scatterd(1), in the man macros. */
+void param_manual(FILE *out);
 
 /* The value of parameter `row` as text a configuration file could hold; NULL past the last row. */
 const char *param_name(int row);

@@ -12,17 +12,7 @@
 #include <unistd.h>
 
 #include "ipc.h"
-
-#if defined(__SANITIZE_ADDRESS__)
-#define ADDRESS_SANITIZER 1
-#elif defined(__has_feature)
-#if __has_feature(address_sanitizer)
-#define ADDRESS_SANITIZER 1
-#endif
-#endif
-#ifndef ADDRESS_SANITIZER
-#define ADDRESS_SANITIZER 0
-#endif
+#include "sanitizer.h"
 
 static const child empty = {.pidfd = -1, .socket = -1};
 
@@ -35,7 +25,7 @@ void child_environment(int64_t threads) {
 
 static void limit_memory(int64_t memory) {
   const struct rlimit limit = {(rlim_t)memory, (rlim_t)memory};
-  if (!ADDRESS_SANITIZER) setrlimit(RLIMIT_AS, &limit);
+  if (!SANITIZED) setrlimit(RLIMIT_AS, &limit);
 }
 
 /* A terminal sends its signals to the whole group; only the front stops workers. */

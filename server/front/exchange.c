@@ -136,9 +136,15 @@ static void set_reply(exchange *x, int status, const char *type) {
 }
 
 void exchange_text(exchange *x, int status, const char *type, const char *text) {
+  exchange_constant(x, status, type, CODING_IDENTITY, text, strlen(text));
+}
+
+void exchange_constant(exchange *x, int status, const char *type, coding how, const void *bytes,
+                       size_t size) {
   set_reply(x, status, type);
-  x->reply.bytes = text;
-  x->reply.size = strlen(text);
+  x->reply.coding = how;
+  x->reply.bytes = bytes;
+  x->reply.size = size;
 }
 
 void exchange_bytes(exchange *x, int status, const char *type, void *bytes, size_t size) {

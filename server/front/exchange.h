@@ -85,8 +85,10 @@ bool exchange_is_host(const char *text);
 
 /* ---- The reply ---- */
 
-/* Sets the reply. _text borrows bytes for ever; _bytes and _file take them. */
+/* Sets the reply. _text and _constant borrow bytes for ever; _bytes and _file take them. */
 void exchange_text(exchange *x, int status, const char *type, const char *text);
+void exchange_constant(exchange *x, int status, const char *type, coding how, const void *bytes,
+                       size_t size);
 void exchange_bytes(exchange *x, int status, const char *type, void *bytes, size_t size);
 void exchange_file(exchange *x, int status, const char *type, coding how, int fd, size_t size);
 

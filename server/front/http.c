@@ -173,7 +173,7 @@ static struct MHD_Response *response_of(connection *c) {
 
 static void add_fields(struct MHD_Response *response, const connection *c) {
   const exchange_reply *r = &c->x->reply;
-  if (r->status != 204) MHD_add_response_header(response, "Content-Type", r->type);
+  if (*r->type != '\0') MHD_add_response_header(response, "Content-Type", r->type);
   if (r->coding != CODING_IDENTITY) {
     MHD_add_response_header(response, "Content-Encoding", coding_name(r->coding));
   }

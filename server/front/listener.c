@@ -10,6 +10,8 @@
 #include <sys/un.h>
 #include <unistd.h>
 
+#include "systemd.h"
+
 static const int backlog = 1024;
 
 static bool start(listener *l, const struct sockaddr *address, socklen_t size, const char *text,
@@ -37,18 +39,22 @@ static void remove_stale(const struct sockaddr_un *address) {
   close(fd);
 }
 
+static void name_unix(listener *l, const char *path) {
+  snprintf(l->address, sizeof l->address, "unix:%s", path);
+  snprintf(l->host, sizeof l->host, "localhost");
+}
+
 static bool open_unix(listener *l, const char *path, fault *why) {
   struct sockaddr_un address = {.sun_family = AF_UNIX};
   if (*path == '\0' || strlen(path) >= sizeof address.sun_path) {
     return fault_set(why, "listen: got a socket path of %zu characters, needs 1 to %zu",
                      strlen(path), sizeof address.sun_path - 1);
   }
-  strcpy(address.sun_path, path);
+  memcpy(address.sun_path, path, strlen(path) + 1);
   remove_stale(&address);
   if (!start(l, (struct sockaddr *)&address, sizeof address, path, why)) return false;
-  strcpy(l->path, path);
-  snprintf(l->address, sizeof l->address, "unix:%s", path);
-  strcpy(l->host, "localhost");
+  memcpy(l->path, address.sun_path, sizeof l->path);
+  name_unix(l, path);
   return true;
 }
 
@@ -66,15 +72,19 @@ static bool split(const char *text, char *host, size_t room, const char **port) 
 
 /* Writes where the socket really listens. */
 static void name_address(listener *l) {
-  struct sockaddr_storage address;
+  struct sockaddr_storage address = {.ss_family = AF_UNSPEC};
   socklen_t size = sizeof address;
-  char host[256], port[16];
+  char host[256] = "", port[16] = "";
   getsockname(l->fd, (struct sockaddr *)&address, &size);
+  if (address.ss_family == AF_UNIX) {
+    name_unix(l, ((const struct sockaddr_un *)&address)->sun_path);
+    return;
+  }
   getnameinfo((struct sockaddr *)&address, size, host, sizeof host, port, sizeof port,
               NI_NUMERICHOST | NI_NUMERICSERV);
   const bool six = address.ss_family == AF_INET6;
   snprintf(l->address, sizeof l->address, six ? "[%s]:%s" : "%s:%s", host, port);
-  strcpy(l->host, l->address);
+  memcpy(l->host, l->address, sizeof l->host);
 }
 
 static bool open_tcp(listener *l, const char *text, fault *why) {
@@ -96,6 +106,11 @@ static bool open_tcp(listener *l, const char *text, fault *why) {
 
 bool listener_open(listener *l, const char *text, fault *why) {
   *l = (listener){.fd = -1};
+  if (!systemd_socket(&l->fd, why)) return false;
+  if (l->fd >= 0) {
+    name_address(l);
+    return true;
+  }
   if (strncmp(text, "unix:", 5) == 0) return open_unix(l, text + 5, why);
   return open_tcp(l, text, why);
 }

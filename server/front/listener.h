@@ -15,7 +15,8 @@ typedef struct {
 } listener;
 
 /* Opens ADDR:PORT (name, IPv4, [IPv6]) or unix:PATH. A socket file that nobody listens on is
- * replaced; one in use is an error. */
+ * replaced; one in use is an error. A socket that systemd passed is taken in its place, whatever
+ * `text` says, and its file stays systemd's. */
 bool listener_open(listener *l, const char *text, fault *why);
 
 /* Closes and removes the socket file. */

@@ -3,6 +3,7 @@
 #include <errno.h>
 #include <math.h>
 #include <signal.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/epoll.h>
@@ -10,6 +11,7 @@
 #include <unistd.h>
 
 #include "child.h"
+#include "counter.h"
 #include "log.h"
 
 static const double start_seconds = 30;    /* for a worker to come up */
@@ -26,8 +28,9 @@ struct pool_task {
   const pool_calls *calls;
   void *context;
   bool is_job;
-  double started; /* loop_now at which a worker got it */
+  double submitted, started; /* loop_now; at which a worker got it */
   char phase[32];
+  double entered; /* loop_now at which the phase began */
 };
 
 typedef enum { ABSENT, STARTING, IDLE, BUSY, ENDING } state;
@@ -99,6 +102,27 @@ static void queue_remove(pool *p, pool_task *t) {
   }
 }
 
+/* The phase so far ends at a time, for the counters; another begins unless `phase` is "". */
+static void enter_phase(pool_task *t, const char *phase, double when) {
+  if (*t->phase != '\0') counter_add(COUNTER_PHASE_SECONDS, when - t->entered, LABELS(t->phase));
+  if (*phase != '\0') snprintf(t->phase, sizeof t->phase, "%s", phase);
+  t->entered = *phase != '\0' ? when : INFINITY; /* nothing to add after the last */
+}
+
+static void count_end(pool_task *t, const pool_outcome *outcome) {
+  static const char *const ends[] = {[POOL_REPLY] = "reply",
+                                     [POOL_MEMORY] = "memory",
+                                     [POOL_TIME] = "time",
+                                     [POOL_CRASH] = "crash",
+                                     [POOL_STOPPED] = "stopped"};
+  static const char *const works[] = {
+      [IPC_RUN] = "run", [IPC_RUN_STORED] = "job", [IPC_CHECK] = "check", [IPC_RENDER] = "render"};
+  const char *id = *t->ask.process != '\0' ? t->ask.process : "any", *work = works[t->ask.work];
+  enter_phase(t, "", loop_now());
+  counter_add(COUNTER_RUNS, 1, LABELS(id, work, ends[outcome->end]));
+  counter_observe(COUNTER_RUN_SECONDS, outcome->seconds, LABELS(id, work));
+}
+
 /* Takes the task off a worker. */
 static pool_task *release(worker *w) {
   pool *p = w->pool;
@@ -114,6 +138,7 @@ static void finish(worker *w, pool_outcome *outcome) {
   pool_task *t = release(w);
   outcome->worker = w->child.pid;
   outcome->seconds = loop_now() - t->started;
+  count_end(t, outcome);
   memcpy(outcome->phase, t->phase, sizeof t->phase);
   if (!t->is_job) w->pool->mean += memory_of_mean * (outcome->seconds - w->pool->mean);
   t->calls->done(t->context, outcome);
@@ -178,6 +203,7 @@ static void start(worker *w) {
     start_later(w);
     return;
   }
+  counter_add(COUNTER_STARTS, 1, NO_LABELS);
   w->served = 0;
   w->planned = false;
   become(w, STARTING, start_seconds);
@@ -186,8 +212,9 @@ static void start(worker *w) {
 /* ---- Giving out work ---- */
 
 static bool hand_over(worker *w, pool_task *t) {
+  t->started = loop_now(); /* before, as the worker may be done when the send returns */
   if (!ipc_send(w->child.socket, &t->ask, sizeof t->ask, t->body)) return false;
-  t->started = loop_now();
+  counter_observe(COUNTER_WAIT_SECONDS, t->started - t->submitted, NO_LABELS);
   w->task = t;
   w->pool->jobs += t->is_job;
   become(w, BUSY, t->ask.limits.seconds);
@@ -238,6 +265,7 @@ static bool take_reply(worker *w, const ipc_news *news, int fd) {
   }
   w->served++;
   w->failures = 0;
+  enter_phase(w->task, "", news->time);
   finish(w, &outcome);
   become_idle(w);
   return true;
@@ -253,7 +281,7 @@ static bool take_ready(worker *w, const ipc_news *news, int fd) {
 static bool take_progress(worker *w, const ipc_news *news, int fd) {
   pool_task *t = w->task;
   if (fd >= 0 || w->state != BUSY) return false;
-  memcpy(t->phase, news->phase, sizeof news->phase - 1);
+  enter_phase(t, news->phase, news->time);
   if (t->calls->heard != NULL) t->calls->heard(t->context, news, -1);
   return true;
 }
@@ -321,6 +349,7 @@ static void log_exit(const worker *w, pid_t pid, const siginfo_t *how) {
   const bool exited = how->si_code == CLD_EXITED;
   const bool clean = w->planned && (how->si_status == (exited ? 0 : SIGKILL));
   log_line line;
+  counter_add(COUNTER_EXITS, 1, LABELS(clean ? "planned" : exited ? "code" : "signal"));
   log_begin(&line, clean ? LOG_DEBUG : LOG_ERROR, "worker-exit");
   log_count(&line, "worker", pid);
   log_count(&line, exited ? "code" : "signal", how->si_status);
@@ -437,6 +466,7 @@ static pool_task *task_new(const ipc_ask *ask, int body, const pool_calls *calls
   if (t == NULL) return NULL;
   t->ask = *ask;
   t->body = body;
+  t->submitted = loop_now();
   t->calls = calls;
   t->context = context;
   return t;
@@ -507,6 +537,8 @@ void pool_cancel(pool *p, pool_task *task) {
   for (int k = 0; k < p->count; k++) {
     worker *w = &p->workers[k];
     if (w->task != task) continue;
+    enter_phase(task, "", loop_now());
+    counter_add(COUNTER_CANCELLED, 1, LABELS(task->ask.process));
     (void)release(w);
     w->planned = true;
     kill_worker(w);
@@ -523,6 +555,32 @@ int pool_ready(const pool *p) {
     count += p->workers[k].state == IDLE || p->workers[k].state == BUSY;
   }
   return count;
+}
+
+int pool_waiting(const pool *p) {
+  return p->waiting;
+}
+
+void pool_states(const pool *p, int count[POOL_STATES]) {
+  memset(count, 0, POOL_STATES * sizeof *count);
+  for (int k = 0; k < p->count; k++) count[p->workers[k].state]++;
+}
+
+const char *pool_state_name(int k) {
+  static const char *const names[POOL_STATES] = {[ABSENT] = "absent",
+                                                 [STARTING] = "starting",
+                                                 [IDLE] = "idle",
+                                                 [BUSY] = "busy",
+                                                 [ENDING] = "ending"};
+  return names[k];
+}
+
+int pool_count(const pool *p) {
+  return p->count;
+}
+
+pid_t pool_pid(const pool *p, int k) {
+  return p->workers[k].child.pid;
 }
 
 int pool_tasks(const pool *p) {

@@ -93,8 +93,17 @@ void pool_on_values(pool *p, const pool_values *values);
 void pool_give(pool *p, pool_task *task, const ipc_given *given, int fd);
 
 int pool_ready(const pool *p);       /* workers up, idle or busy */
+int pool_waiting(const pool *p);     /* tasks waiting */
 int pool_tasks(const pool *p);       /* tasks waiting or running */
 int pool_retry_after(const pool *p); /* seconds after which the queue may have room, >= 1 */
+
+/* How many workers are in each state of README.md; a state's name. */
+enum { POOL_STATES = 5 };
+void pool_states(const pool *p, int count[POOL_STATES]);
+const char *pool_state_name(int k);
+
+int pool_count(const pool *p);        /* workers, in whatever state */
+pid_t pool_pid(const pool *p, int k); /* of worker k; 0 or less: it is not there */
 
 /* Number of workers that a parameter value means: 0 is one per processor, at least 2. */
 int pool_workers(int64_t parameter);

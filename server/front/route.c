@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "bridge.h"
 #include "data_routes.h"
 #include "events.h"
 #include "execute.h"
@@ -11,7 +12,9 @@
 #include "job_list.h"
 #include "job_routes.h"
 #include "media.h"
+#include "metrics.h"
 #include "negotiate.h"
+#include "page.h"
 #include "site.h"
 
 static const char html[] = "text/html; charset=utf-8";
@@ -28,7 +31,13 @@ static void get_landing(const service *s, exchange *x) {
   const char *const offers[] = {media_type(MEDIA_JSON), html};
   const int chosen = negotiate(x, offers, 2);
   if (chosen == 0) site_serve(x, "landing.json", offers[0]);
-  if (chosen == 1) site_serve(x, "landing.html", html);
+  if (chosen == 1 && page_exists()) page_serve(x);
+  if (chosen == 1 && !page_exists()) site_serve(x, "landing.html", html);
+}
+
+static void get_asset(const service *s, exchange *x) {
+  (void)s;
+  page_serve_asset(x, x->item);
 }
 
 static void get_api(const service *s, exchange *x) {
@@ -74,17 +83,6 @@ static void get_healthz(const service *s, exchange *x) {
   exchange_text(x, 200, media_type(MEDIA_JSON), "{\"status\":\"ok\"}");
 }
 
-static void get_readyz(const service *s, exchange *x) {
-  const int up = pool_ready(s->pool);
-  char *bytes = NULL;
-  if (up > 0 && asprintf(&bytes, "{\"status\":\"ready\",\"workers\":%d}", up) > 0) {
-    exchange_bytes(x, 200, media_type(MEDIA_JSON), bytes, strlen(bytes));
-    return;
-  }
-  exchange_add(x, "Retry-After", "1");
-  exchange_refuse(x, 503, "no worker is up");
-}
-
 /* ---- The table ---- */
 
 typedef struct {
@@ -97,6 +95,7 @@ typedef struct {
 
 static const route table[] = {
     {"GET", "/", NULL, get_landing, NULL},
+    {"GET", "/assets/{}", NULL, get_asset, NULL},
     {"GET", "/api", NULL, get_api, NULL},
     {"GET", "/conformance", NULL, get_conformance, NULL},
     {"GET", "/processes", NULL, get_processes, NULL},
@@ -108,11 +107,20 @@ static const route table[] = {
     {"GET", "/jobs/{}/events", NULL, events_serve, events_end},
     {"GET", "/jobs/{}/results", NULL, job_results_serve, job_results_end},
     {"GET", "/jobs/{}/results/{}", NULL, job_results_serve, job_results_end},
+    {"GET", "/Info", NULL, bridge_info, NULL},
+    {"POST", "/ModelInfo", bridge_begin, bridge_serve, bridge_end},
+    {"POST", "/InputSizes", bridge_begin, bridge_serve, bridge_end},
+    {"POST", "/OutputSizes", bridge_begin, bridge_serve, bridge_end},
+    {"POST", "/Evaluate", bridge_begin, bridge_serve, bridge_end},
+    {"POST", "/Gradient", bridge_begin, bridge_serve, bridge_end},
+    {"POST", "/ApplyJacobian", bridge_begin, bridge_serve, bridge_end},
+    {"POST", "/ApplyHessian", bridge_begin, bridge_serve, bridge_end},
     {"POST", "/data", data_begin, data_serve, data_end},
     {"GET", "/data/{}", NULL, data_get, NULL},
     {"DELETE", "/data/{}", NULL, data_delete, NULL},
     {"GET", "/healthz", NULL, get_healthz, NULL},
-    {"GET", "/readyz", NULL, get_readyz, NULL},
+    {"GET", "/readyz", NULL, metrics_ready, NULL},
+    {"GET", "/metrics", NULL, metrics_serve, NULL},
 };
 
 enum { ROWS = sizeof table / sizeof *table };
@@ -188,8 +196,8 @@ static void answer_options(exchange *x, const char *allow) {
   exchange_add(x, "Allow", "%s", allow);
   exchange_add(x, "Access-Control-Allow-Methods", "%s", allow);
   exchange_add(x, "Access-Control-Allow-Headers",
-               "Accept, Content-Type, Content-Encoding, Prefer, If-None-Match, "
-               "Idempotency-Key, Last-Event-ID, X-Request-Id");
+               "Accept, Authorization, Content-Type, Content-Encoding, Idempotency-Key, "
+               "If-None-Match, Last-Event-ID, Prefer, Range, X-Request-Id");
   exchange_add(x, "Access-Control-Max-Age", "86400");
   exchange_text(x, 204, "", "");
 }
@@ -224,6 +232,7 @@ static void serve(void *self, exchange *x) {
 
 static void end(void *self, exchange *x) {
   const route *r = x->route;
+  metrics_count(x, r != NULL ? r->path : "none");
   if (r != NULL && r->end != NULL) r->end(self, x);
 }
 

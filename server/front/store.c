@@ -415,7 +415,7 @@ static bool open_tables(store *s, const char *path, fault *why) {
   static const char settings[] =
       "PRAGMA journal_mode=WAL; PRAGMA synchronous=FULL; PRAGMA locking_mode=EXCLUSIVE;"
       "PRAGMA temp_store=MEMORY";
-  snprintf(file, sizeof file, "%s/jobs.db", path);
+  snprintf(file, sizeof file, "%s/" STORE_DATABASE, path);
   *why->text = '\0';
   if (sqlite3_open_v2(file, &s->db, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE, NULL) ==
           SQLITE_OK &&

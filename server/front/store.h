@@ -15,6 +15,8 @@
 #include "fault.h"
 #include "job_row.h"
 
+#define STORE_DATABASE "jobs.db" /* in its directory; its log is beside it with -wal */
+
 typedef struct store store;
 
 typedef enum {

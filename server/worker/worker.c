@@ -11,6 +11,7 @@
 #include <unistd.h>
 
 #include "ipc.h"
+#include "sandbox.h"
 
 /* Progress within a phase goes to the front at most this often; the reports in between are free. */
 static const double report_seconds = 0.1;
@@ -32,7 +33,7 @@ static double now(void) {
 static bool report(void *context, const char *phase, double fraction) {
   session *r = context;
   const double time = now();
-  ipc_news news = {.kind = IPC_PROGRESS, .fraction = fraction};
+  ipc_news news = {.kind = IPC_PROGRESS, .time = time, .fraction = fraction};
   snprintf(news.phase, sizeof news.phase, "%s", phase);
   const bool is_new = strcmp(news.phase, r->phase) != 0;
   if (!is_new && time - r->last < report_seconds) return true;
@@ -57,8 +58,11 @@ static int descriptor_of(const void *bytes, size_t size) {
 }
 
 static bool send_reply(const reply *r) {
-  ipc_news news = {
-      .kind = IPC_REPLY, .coding = r->coding, .points = r->points, .memory_bytes = r->memory_bytes};
+  ipc_news news = {.kind = IPC_REPLY,
+                   .time = now(),
+                   .coding = r->coding,
+                   .points = r->points,
+                   .memory_bytes = r->memory_bytes};
   int fd = -1;
   if (r->bytes != NULL) fd = descriptor_of(r->bytes, r->size);
   if (fd >= 0) {
@@ -207,8 +211,10 @@ static void keep_memory(void) {
 
 int worker_main(void) {
   const ipc_news ready = {.kind = IPC_READY};
+  fault why;
   keep_memory();
   answer_prepare();
+  if (SANDBOXED && !sandbox_enter(&why)) fprintf(stderr, "scatterd: worker without sandbox: %s\n", why.text);
   if (!ipc_send(IPC_SOCKET, &ready, sizeof ready, -1)) {
     fputs("scatterd: a worker is started by the daemon only\n", stderr);
     return 2;

@@ -1,12 +1,14 @@
 /* Poisson's equation on a jittered cloud of the unit square or cube, phase by phase:
- *   bench_stencil DIM POINTS [THREADS [REPEATS [SOLVE [SCHEME [DEGREE]]]]]
- * prints one JSON line per scheme with the best seconds of REPEATS runs: of the processor with one
- * thread, of the clock with more. SOLVE 0 leaves out the solve. bench_pipeline.py sets SciPy
- * beside it. */
+ *   bench_stencil DIM POINTS [THREADS [REPEATS [SOLVE [SCHEME [DEGREE [METHOD
+ * [PRECONDITIONER]]]]]]] prints one JSON line per scheme with the best seconds of REPEATS runs: of
+ * the processor with one thread, of the clock with more, and the memory of the process at its peak,
+ * MB, before the solve and in all. SOLVE 0 leaves out the solve, METHOD and PRECONDITIONER are
+ * those of scatter/solve.h. bench_pipeline.py sets SciPy beside it. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/resource.h>
 #include <time.h>
 
 #include "scatter/scatter.h"
@@ -51,6 +53,9 @@ typedef struct {
   int32_t *order;
   double seconds[PHASE_COUNT], l2;
   int64_t neighbours, widened;
+  const char *method, *preconditioner; /* asked for */
+  sct_solve_report report;
+  double peak_before, peak;
 } bench;
 
 /* The cloud in lattice order, and the room that a run needs. */
@@ -84,6 +89,12 @@ static void bench_free(bench *b) {
   for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++) free(arrays[k]);
   for (size_t k = 0; k < sizeof flags / sizeof *flags; k++) free(flags[k]);
   free(b->order);
+}
+
+static double peak_megabytes(void) {
+  struct rusage usage;
+  getrusage(RUSAGE_SELF, &usage);
+  return (double)usage.ru_maxrss / 1024;
 }
 
 /* Ends a phase that began at *start: keeps the best time. */
@@ -120,11 +131,15 @@ static void set_fields(bench *b) {
 }
 
 static void solve(bench *b, const sct_system *system) {
-  const sct_solve_options options = {.dim = b->dim};
+  const sct_solve_options options = {.dim = b->dim,
+                                     .method = b->method,
+                                     .preconditioner = b->preconditioner,
+                                     .is_equation = system->is_equation};
   sct_solver *solver = NULL;
   sct_error err;
   double *rhs = memory_for(2 * system->unknowns, sizeof *rhs), *unknown = rhs + system->unknowns;
   sct_system_rhs(system, b->phi, rhs);
+  if (b->peak_before == 0) b->peak_before = peak_megabytes();
   double start = now();
   check(sct_solver_analyse(system->matrix, &options, &solver, &err), &err);
   check(sct_solver_factor(solver, system->matrix, &err), &err);
@@ -133,6 +148,7 @@ static void solve(bench *b, const sct_system *system) {
   lap(b, PHASE_solve, &start);
   for (int64_t row = 0; row < system->unknowns; row++) b->phi[system->point_of[row]] = unknown[row];
   b->l2 = sct_norms_of(b->phi, b->exact, b->n, 1, b->inside).l2;
+  b->report = *sct_solver_report(solver);
   sct_solver_free(&solver);
   free(rhs);
 }
@@ -179,7 +195,16 @@ static void print(const bench *b, const sct_operator *op) {
       b->dim, (long long)b->n, sct_scheme_name(op->scheme), op->degree,
       (double)b->neighbours / (double)b->n, (long long)b->widened, b->l2);
   for (int k = 0; k < PHASE_COUNT; k++) printf(", \"%s\": %.6f", names[k], b->seconds[k]);
-  printf("}\n");
+  const sct_solve_report *r = &b->report;
+  if (r->method != NULL) {
+    printf(
+        ", \"method\": \"%s\", \"krylov\": \"%s\", \"preconditioner\": \"%s\", "
+        "\"iterations\": %d, \"residual\": %.2e, \"fallback\": \"%s\", \"held\": %.1f",
+        r->method, r->krylov == NULL ? "" : r->krylov,
+        r->preconditioner == NULL ? "" : r->preconditioner, r->iterations, r->residual, r->fallback,
+        (double)r->peak_bytes / 1048576);
+  }
+  printf(", \"peak_before\": %.1f, \"peak\": %.1f}\n", b->peak_before, peak_megabytes());
 }
 
 /* Argument k as a number. */
@@ -200,6 +225,8 @@ int main(int count, char **arguments) {
     if (count > 6 && s != (int)sct_scheme_find(arguments[6])) continue;
     if (degree == 2) op.radius = 2.1;
     bench b = bench_new(dim, points);
+    b.method = count > 8 ? arguments[8] : NULL;
+    b.preconditioner = count > 9 ? arguments[9] : NULL;
     for (long long k = 0; k < repeats; k++) run(&b, &op, &work, with_solve);
     print(&b, &op);
     bench_free(&b);

@@ -102,6 +102,7 @@ class Daemon:
     def __init__(self, *options, stub=True, unix=False, environment=None, directory=None):
         """`directory`: of an earlier daemon that was stopped with keep=True."""
         self.directory = directory or tempfile.mkdtemp(prefix="daemon-test-")
+        os.chmod(self.directory, 0o755)  # a daemon that leaves root must still reach its data
         self.socket = os.path.join(self.directory, "socket")
         listen = f"unix:{self.socket}" if unix else "127.0.0.1:0"
         self.log = []

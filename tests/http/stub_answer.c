@@ -1,14 +1,22 @@
 /* A worker for tests of the front: does not solve, but echoes its body, or fails in the way that
  * the body's first word says: "sleep 2", "abort", "exit 3", "memory", "hog", "big 1000000",
- * "problem", "phase half 0.5 2" (reports, then sleeps), "nothing" (a reply of no bytes).
+ * "problem", "phase half 0.5 2" (reports, then sleeps), "nothing" (a reply of no bytes), "try open"
+ * (says what the kernel says to an attempt that a sandbox must refuse).
  *
  * A check finds everything good but "bad"; "needs 1e9" is estimated at so many bytes, "call URL"
  * has a subscriber, "batch 3 sleep 1" is three requests "sleep 1 #0", "sleep 1 #1", ... A stored
  * result is what the run would reply; rendering it gives it back.
  */
+#include <errno.h>
+#include <fcntl.h>
+#include <pthread.h>
+#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/ptrace.h>
+#include <sys/resource.h>
+#include <sys/socket.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -96,13 +104,85 @@ static void do_nothing(const ask *a, const char *text, reply *r) {
   r->bytes = malloc(1);
 }
 
+/* Attempts: a descriptor or process id, or -1 with errno. */
+
+static int try_open(void) {
+  return open("/etc/hostname", O_RDONLY);
+}
+static int try_create(void) {
+  return open("/tmp/scatterd-sandbox", O_WRONLY | O_CREAT, 0600);
+}
+static int try_stat(void) {
+  return access("/etc/passwd", R_OK);
+}
+static int try_socket(void) {
+  return socket(AF_INET, SOCK_STREAM, 0);
+}
+static int try_local(void) {
+  return socket(AF_UNIX, SOCK_STREAM, 0);
+}
+static int try_kill(void) {
+  return kill(getppid(), 0);
+}
+static int try_limit(void) {
+  return setrlimit(RLIMIT_AS, &(struct rlimit){RLIM_INFINITY, RLIM_INFINITY});
+}
+static int try_trace(void) {
+  return (int)ptrace(PTRACE_TRACEME, 0, NULL, NULL);
+}
+
+static int try_process(void) {
+  const pid_t child = fork();
+  if (child == 0) _exit(0);
+  return (int)child;
+}
+
+static int try_program(void) {
+  return execl("/bin/true", "true", (char *)NULL);
+}
+
+static void *return_seven(void *number) {
+  *(int *)number = 7;
+  return NULL;
+}
+
+/* This one must succeed: a solver may use threads. */
+static int try_thread(void) {
+  pthread_t other;
+  int number = -1;
+  errno = pthread_create(&other, NULL, return_seven, &number);
+  if (errno != 0) return -1;
+  pthread_join(other, NULL);
+  return number;
+}
+
+static const struct {
+  const char *word;
+  int (*run)(void);
+} attempts[] = {{"open", try_open},       {"create", try_create}, {"stat", try_stat},
+                {"socket", try_socket},   {"local", try_local},   {"kill", try_kill},
+                {"limit", try_limit},     {"trace", try_trace},   {"process", try_process},
+                {"program", try_program}, {"thread", try_thread}};
+
+static void do_try(const ask *a, const char *text, reply *r) {
+  (void)a;
+  while (*text == ' ') text++;
+  for (size_t k = 0; k < sizeof attempts / sizeof *attempts; k++) {
+    if (strcmp(attempts[k].word, text) != 0) continue;
+    errno = 0;
+    const int result = attempts[k].run();
+    const int length = asprintf((char **)&r->bytes, "%s", result < 0 ? strerror(errno) : "done");
+    r->size = length > 0 ? (size_t)length : 0;
+  }
+}
+
 static const struct {
   const char *word;
   void (*run)(const ask *a, const char *text, reply *r);
 } words[] = {{"sleep", do_sleep},     {"abort", do_abort}, {"exit", do_exit},
              {"memory", do_memory},   {"hog", do_hog},     {"big", do_big},
              {"problem", do_problem}, {"phase", do_phase}, {"nothing", do_nothing},
-             {"fail", do_problem}};
+             {"try", do_try},         {"fail", do_problem}};
 
 /* ---- Checks ---- */
 

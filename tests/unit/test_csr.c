@@ -45,8 +45,15 @@ static int tear_down(void **state) {
 
 static void multiplies(void **state) {
   fixture *f = *state;
-  double y[ROWS], z[ROWS];
+  double y[ROWS], z[ROWS], w[COLUMNS];
   sct_csr_multiply(f->a, f->x, y);
+  memcpy(w, f->c, sizeof w);
+  sct_csr_multiply_transposed_add(f->a, -2.5, f->y, w);
+  for (int j = 0; j < COLUMNS; j++) {
+    double sum = f->c[j];
+    for (int i = 0; i < ROWS; i++) sum -= 2.5 * f->full[i * COLUMNS + j] * f->y[i];
+    assert_near(w[j], sum, 1e-14);
+  }
   memcpy(z, f->b, sizeof z);
   sct_csr_multiply_add(f->a, -2.5, f->x, z);
   for (int i = 0; i < ROWS; i++) {

@@ -198,8 +198,8 @@ static void test_bad_command_line(void **state) {
 /* Help and reference name every parameter. */
 static void test_pages(void **state) {
   (void)state;
-  void (*const pages[])(FILE *) = {param_help, param_reference};
-  for (int k = 0; k < 2; k++) {
+  void (*const pages[])(FILE *) = {param_help, param_reference, param_manual};
+  for (size_t k = 0; k < sizeof pages / sizeof *pages; k++) {
     char *text = NULL;
     size_t size = 0;
     FILE *out = open_memstream(&text, &size);

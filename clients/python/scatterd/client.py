@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import io
 import os
 from typing import Any, Mapping, Sequence
 from urllib.parse import quote
 
+import numpy
 from numpy.typing import ArrayLike
 
 from . import wire
@@ -180,6 +182,24 @@ class Client:
         path = f"/processes/{quote(process, safe='')}/execution"
         document = self.document("POST", path, body, headers)
         return kind(document, dict(request.get("inputs", {})))
+
+    def upload(self, value: Any) -> dict:
+        """Keeps a cloud or an array at the service, to be used in many requests.
+
+        Args:
+            value: an array, or a cloud made by `cloud` or `lattice`.
+
+        Returns:
+            {"href": ...}, which stands for the value wherever an input may.
+        """
+        if isinstance(value, numpy.ndarray):
+            room = io.BytesIO()
+            numpy.save(room, value)
+            body, headers = room.getvalue(), {"Content-Type": "application/x-npy"}
+        else:
+            body, headers = wire.encode(value, "json")
+        headers["Accept"] = f"{wire.JSON}, {wire.PROBLEM}"
+        return {"href": self.document("POST", "/data", body, headers)["href"]}
 
     def processes(self) -> list[dict]:
         """Summaries of the processes there are."""

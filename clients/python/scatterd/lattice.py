@@ -26,12 +26,12 @@ def lattice_points(cloud: dict) -> numpy.ndarray:
     """Coordinates [n][d] of a cloud made by `lattice`, x fastest; bit for bit the service's."""
     box = cloud["lattice"]
     lower, upper = (numpy.asarray(box[key], dtype=float) for key in ("lower", "upper"))
-    cells = numpy.asarray(box["cells"])
+    cells = numpy.asarray(box["cells"]).astype(int)
     dim = len(cells)
     index = numpy.indices(tuple(cells[::-1] + 1)).reshape(dim, -1)[::-1].T
     points = lower + (upper - lower) * index / cells
     points = numpy.where(index == cells, upper, points)
     inner = numpy.all((index > 0) & (index < cells), axis=1)
-    chi = uniform(box.get("seed", 0), int(inner.sum()) * dim).reshape(-1, dim)
+    chi = uniform(int(box.get("seed", 0)), int(inner.sum()) * dim).reshape(-1, dim)
     points[inner] += box.get("jitter", 0) * (chi - 0.5) * ((upper - lower) / cells)
     return points

@@ -28,6 +28,9 @@ void sct_csr_multiply(const sct_csr *a, const double *x, double *y);
 /* y = y + factor * A x. Shapes as above. Proof: unit.csr */
 void sct_csr_multiply_add(const sct_csr *a, double factor, const double *x, double *y);
 
+/* y = y + factor * A^T x. x [rows], y [columns]. Proof: unit.csr */
+void sct_csr_multiply_transposed_add(const sct_csr *a, double factor, const double *x, double *y);
+
 /* r = b - A x and, where `scale` is not NULL, scale = |b| + |A| |x| by components, for the
  * backward error max |r| / scale (Oettli and Prager 1964). x [columns], b, r, scale [rows].
  * Proof: unit.csr */

@@ -30,6 +30,21 @@ typedef enum { SCT_MARCH_LIST(SCT_MARCH_ENUM) SCT_MARCH_COUNT } sct_march_method
 const char *sct_march_name(sct_march_method method); /* NULL for other values */
 sct_march_method sct_march_find(const char *name);   /* SCT_MARCH_COUNT if there is none */
 
+/* What sct_march_tangent and sct_march_adjoint need of a march that was (adjoint.h): the levels it
+ * went through, and, if `keeps_values`, phi at each. Zeroed but for the two settings before it is
+ * handed to a march; sct_tape_clear frees what that put there. A tape of more than most_bytes is
+ * SCT_E_LIMIT before the first step. */
+typedef struct {
+  bool keeps_values;  /* needed where matrix entries depend on what is differentiated by */
+  int64_t most_bytes; /* 0: any number */
+  /* set by the march */
+  int64_t n, levels, room; /* points; levels recorded, and planned */
+  bool is_settled;         /* conditions were imposed on level 0 */
+  double *t, *dt;          /* [room] time of a level, step that led to it (0: level 0) */
+  double *phi;             /* [room][n]; NULL without values */
+} sct_tape;
+void sct_tape_clear(sct_tape *tape);
+
 typedef struct {
   sct_march_method method;
   double start, end;       /* (time) start < end */
@@ -39,6 +54,7 @@ typedef struct {
   int64_t saves;
   int64_t max_steps;       /* more than this: SCT_E_LIMIT before the first step; 0: any number */
   sct_solve_options solve; /* of the step matrices */
+  sct_tape *tape;          /* records the march; NULL: nothing is recorded */
 } sct_march_options;
 
 /* Which parts of a problem depend on time. */

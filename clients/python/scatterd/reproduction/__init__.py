@@ -7,6 +7,6 @@
 """
 
 from .parts import Ask, Item, Table
-from .run import ITEMS, Bar, reproduce, tables
+from .run import ITEMS, Bar, reproduce, sampled
 
-__all__ = ["ITEMS", "Ask", "Bar", "Item", "Table", "reproduce", "tables"]
+__all__ = ["ITEMS", "Ask", "Bar", "Item", "Table", "reproduce", "sampled"]

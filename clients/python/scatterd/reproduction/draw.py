@@ -30,6 +30,7 @@ def space(figure: Any, place: tuple, title: str, label: str, view: tuple = (28, 
     axes = figure.add_subplot(*place, projection="3d")
     axes.set(xlabel="x", ylabel="y", zlabel=label, title=title)
     axes.view_init(*view)
+    axes.set_box_aspect((1, 1, 0.75), zoom=0.84)
     return axes
 
 
@@ -46,7 +47,12 @@ def surface(figure: Any, place: tuple, title: str, points: numpy.ndarray, values
     x, y, z = on_lattice(points, values)
     axes.plot_surface(x, y, z, rcount=45, ccount=90, cmap="viridis", linewidth=0.15,
                       edgecolor="#00000050")
-    axes.set_box_aspect((numpy.ptp(x), numpy.ptp(y), 0.7))
+    axes.set_box_aspect((numpy.ptp(x), numpy.ptp(y), 0.75), zoom=0.84 / numpy.ptp(x) ** 0.15)
+    if numpy.ptp(x) > 1:
+        axes.xaxis.labelpad = 12
+        axes.set_xticks([-1, -0.5, 0, 0.5, 1])
+        axes.set_yticks([0, 0.5, 1])
+        axes.set_zticks([0, 1, 2])
     return axes
 
 
@@ -65,4 +71,21 @@ def logarithmic(axes: Any, ticks: Any, **names: str) -> None:
     axes.set(xscale="log", yscale="log", **names)
     axes.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
     axes.minorticks_off()
+    label_decades(axes)
     axes.grid(alpha=0.3)
+
+
+def label_decades(axes: Any) -> None:
+    """Ticks at 1, 2 and 5 of each decade where there are few decades."""
+    from matplotlib.ticker import FuncFormatter, LogLocator
+
+    low, high = axes.get_ylim()
+    if high / low < 500:
+        axes.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+        axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+
+
+def legend_below(figure: Any, axes: Any) -> None:
+    """One legend for all panels, below them."""
+    handles, labels = axes.get_legend_handles_labels()
+    figure.legend(handles, labels, loc="upper center", bbox_to_anchor=(0.5, 0), ncols=len(labels))

@@ -7,7 +7,7 @@ import math
 import numpy
 
 from . import draw
-from .parts import Item, Table, ask
+from .parts import Item, Table, ask, quick
 
 PRINTED = "%.3e"
 RATE = "%.4f"
@@ -208,8 +208,9 @@ def figure_5_data(found):
 def figure_5(figure, found):
     titles = {"center": "(a) center-type", "upwind": "(b) upwind-type"}
     for k, (name, title) in enumerate(titles.items()):
-        draw.surface(figure, (1, 2, k + 1), title, found[name].points, found[name].solution,
-                     view=(32, -62))
+        low = f"least value {found[name].solution.min():.1e}"
+        draw.surface(figure, (1, 2, k + 1), f"{title}\n{low}", found[name].points,
+                     found[name].solution, view=(32, -62))
 
 
 def figure_6_data(found):
@@ -224,7 +225,7 @@ def bounds_table(id, found):
     rows = [[name, row.bounds["min"], row.bounds["max"]]
             for name, study in found.items() for row in study.table]
     return Table(id, "Smallest and largest value (of the data: 4e-9 and 2)",
-                 ["kernel", "min", "max"], rows, {"min": "%.6f", "max": "%.6f"})
+                 ["kernel", "min", "max"], rows, {"min": "%.2e", "max": "%.7g"})
 
 
 def figure_6(figure, found):
@@ -242,14 +243,22 @@ def figure_6(figure, found):
         axes.grid(alpha=0.3)
     left.set_title("along y = 0.5")
     right.set_title("along the outlet, y = 0")
-    right.legend()
+    left.set_xticks([-1, -0.5, 0, 0.5, 1])
+    foot = left.inset_axes([0.13, 0.5, 0.25, 0.42])
+    for name in ("center", "upwind"):
+        line = found[name].table[0].profile
+        foot.plot(line["x"], line["value"], color=styles[name][0])
+    foot.set(xlim=(0.3, 0.9), ylim=(-0.015, 0.05))
+    foot.tick_params(labelsize=7)
+    foot.grid(alpha=0.3)
+    draw.legend_below(figure, right)
 
 
 def figure_8_data(found):
     rows = [[f"{row.mu:g}", name, row.bounds["min"], row.bounds["max"]]
             for name in ("published", "exact", "none") for row in found[name].table]
     table = Table("h11-figure-8", "Smallest and largest value (of the data: 0 and 1)",
-                  ["mu", "upwind", "min", "max"], rows, {"min": "%.4f", "max": "%.4f"})
+                  ["mu", "upwind", "min", "max"], rows, {"min": "%.1e", "max": "%.4f"})
     fields = {"mu 1e-3": found["a"], "mu 1e-5": found["b"]}
     return [table, lattice_data("h11-figure-8-fields", "Skew problem, upwind published", fields)]
 
@@ -282,14 +291,15 @@ def figure_9(figure, found):
     result = found["predicted"]
     axes = figure.add_subplot(1, 2, 1)
     x, y, values = draw.on_lattice(result.points, result.solution)
-    exact = gartland_exact(x, y, 1e-2)
+    fine = numpy.meshgrid(numpy.linspace(0.8, 1, 401), numpy.linspace(0, 1, 401))
     levels = numpy.linspace(0.1, 1.9, 10)
-    axes.contour(x, y, exact, levels, colors="black", linewidths=1)
+    exact = axes.contour(*fine, gartland_exact(*fine, 1e-2), levels, colors="black", linewidths=1)
+    axes.clabel(exact, levels[:5], fontsize=8, fmt="%.1f")
     axes.contour(x, y, values, levels, colors=draw.RED, linewidths=1, linestyles="dashed")
     axes.plot([], [], color="black", linewidth=1, label="exact")
     axes.plot([], [], color=draw.RED, linewidth=1, linestyle="dashed", label="predicted")
     axes.set(xlabel="x", ylabel="y", title="(a) contours of $\\phi$", xlim=(0.8, 1), ylim=(0, 1))
-    axes.legend(loc="upper left")
+    axes.legend(loc="center left", fontsize=8, ncols=2)
     draw.surface(figure, (1, 2, 2), "(b) predicted", result.points, result.solution,
                  view=(30, -125))
 
@@ -299,40 +309,41 @@ def smith_hutton(upwind):
 
 
 ITEMS = [
-    Item("h11-table-1", "Table 1: Laplace equation, L2 norms",
-         "The meshes count points. bell, rational and spiky agree in every digit; the paper's center "
-         "column has kernel constants of single precision and is off in the third digit on fine "
-         "meshes, so what double precision gives stands beside it. The paper's rates take "
-         "ln(7/5), ln(9/7) and ln(11/9) for the ratio of the spacings; by the spacings, 1/4, 1/6, "
-         "1/8 and 1/10, the order is 6, not \"due possibly to machine error\": on harmonic functions "
-         "the nine-point stencil is of sixth order.",
-         kernels("laplace", MESHES["table 1"]),
-         table_of_kernels("h11-table-1", "Laplace equation, L2 norms", "Table 1, center"),
-         cheap=True),
-    Item("h11-table-2", "Table 2: mu = 1e4, L2 norms",
-         "The center column is rounding, so no digits can agree: below 5e-14 is as good. At 10 cells "
-         "the truncation error of eqs. 5 and 7 alone is 1.53e-13, above the printed number. "
-         "Rational at 20 cells is 4.3527e-4, printed 4.352e-4.",
-         kernels("smooth", MESHES["table 2"], mu=1e4),
-         table_of_kernels("h11-table-2", "mu = 1e4, L2 norms"), cheap=True),
-    Item("h11-table-3", "Table 3: mu = 1e-2, L2 norms",
-         "The upwind column is made with upwind `published`, gamma_scale 1/sqrt 2. Last digits that "
-         "cannot be had: center at 90 and 100 cells (7.8273e-3, 6.2625e-3) and upwind at 100 cells "
-         "(5.7874e-3).",
-         {"center": ask("smooth", MESHES["table 3"]),
-          "upwind": ask("smooth", MESHES["table 3"], operator=UPWIND_3)},
-         table_3, cheap=True),
-    Item("h11-table-4", "Table 4: Gartland problem, L2 norms",
-         "Upwind `published`, gamma_scale 4. The exact solution has l = sqrt(pi^2 + 1/(4 mu^2)): the "
-         "paper lacks the root.",
-         {"center": ask("gartland", MESHES["table 3"]),
-          "upwind": ask("gartland", MESHES["table 3"], operator=UPWIND_4)},
-         table_4, cheap=True),
-    Item("h11-table-5", "Table 5: Gartland problem, maximum norms",
-         "The paper's DWMA, CDS and SCHOS are other authors' schemes, for comparison.",
-         {"center": ask("gartland", MESHES["table 5"]),
-          "upwind": ask("gartland", MESHES["table 5"], operator=UPWIND_4)},
-         table_5, cheap=True),
+    quick("h11-table-1", "Table 1: Laplace equation, L2 norms",
+          "The meshes count points. bell, rational and spiky agree in every digit; the paper's center "
+          "column has kernel constants of single precision and is off in the third digit on fine "
+          "meshes, so what double precision gives stands beside it. The paper's rates take "
+          "ln(7/5), ln(9/7) and ln(11/9) for the ratio of the spacings; by the spacings, 1/4, 1/6, "
+          "1/8 and 1/10, the order is 6, not \"due possibly to machine error\": on harmonic functions "
+          "the nine-point stencil is of sixth order.",
+          kernels("laplace", MESHES["table 1"]),
+          table_of_kernels("h11-table-1", "Laplace equation, L2 norms", "Table 1, center")),
+    quick("h11-table-2", "Table 2: mu = 1e4, L2 norms",
+          "The center column is near rounding, so no digits can agree: below 5e-14 is as good. At 10 "
+          "cells the truncation error of eqs. 5 and 7 alone is 1.53e-13, above the printed number. "
+          "Rational at 20 cells is 4.3527e-4, printed 4.352e-4. A second program, in numpy and with "
+          "another solver, gives both numbers as scatterd does.",
+          kernels("smooth", MESHES["table 2"], mu=1e4),
+          table_of_kernels("h11-table-2", "mu = 1e4, L2 norms")),
+    quick("h11-table-3", "Table 3: mu = 1e-2, L2 norms",
+          "The upwind column is made with upwind `published`, gamma_scale 1/sqrt 2. Last digits that "
+          "cannot be had: center at 90 and 100 cells (7.8273e-3, 6.2625e-3) and upwind at 100 cells "
+          "(5.7874e-3); a second program, in numpy and with another solver, gives them as scatterd "
+          "does.",
+          {"center": ask("smooth", MESHES["table 3"]),
+           "upwind": ask("smooth", MESHES["table 3"], operator=UPWIND_3)},
+          table_3),
+    quick("h11-table-4", "Table 4: Gartland problem, L2 norms",
+          "Upwind `published`, gamma_scale 4. The exact solution has l = sqrt(pi^2 + 1/(4 mu^2)): the "
+          "paper lacks the root.",
+          {"center": ask("gartland", MESHES["table 3"]),
+           "upwind": ask("gartland", MESHES["table 3"], operator=UPWIND_4)},
+          table_4),
+    quick("h11-table-5", "Table 5: Gartland problem, maximum norms",
+          "The paper's DWMA, CDS and SCHOS are other authors' schemes, for comparison.",
+          {"center": ask("gartland", MESHES["table 5"]),
+           "upwind": ask("gartland", MESHES["table 5"], operator=UPWIND_4)},
+          table_5),
     Item("h11-figure-1", "Figure 1: center-type kernel", "Drawn from eq. 19.", {}, figure_1_data,
          figure_1),
     Item("h11-figure-2", "Figure 2: upwind-type kernel",
@@ -346,21 +357,21 @@ ITEMS = [
          {name: ask("smith-hutton", (40,), kind="field", operator={"upwind": upwind})
           for name, upwind in (("center", "none"), ("upwind", "published"))},
          figure_5_data, figure_5),
-    Item("h11-figure-6", "Figure 6: Smith-Hutton problem along y = 0.5",
-         "`published` damps just enough here; the scheme as derived in eqs. 23-28 (upwind exact) "
-         "keeps the bounds too, and is more diffusive. The outlet stands beside it.",
-         {"center": smith_hutton("none"), "upwind": smith_hutton("published"),
-          "exact": smith_hutton("exact"), "cosine": smith_hutton("cosine")},
-         figure_6_data, figure_6, cheap=True),
-    Item("h11-figure-8", "Figure 8: skew problem, 21 x 21 points",
-         "\"No oscillatory solution is found\": `published` over- and undershoots by up to 2 per "
-         "cent at 45 degrees (the paper does not print its angle), against 7 per cent of the "
-         "center-type kernel; `exact` keeps the bounds.",
-         {**{name: ask("skew", (20,), operator={"upwind": name}, mu=(1e-3, 1e-5))
-             for name in ("published", "exact", "none")},
-          "a": ask("skew", (20,), kind="field", mu=1e-3),
-          "b": ask("skew", (20,), kind="field", mu=1e-5)},
-         figure_8_data, figure_8, cheap=True),
+    quick("h11-figure-6", "Figure 6: Smith-Hutton problem along y = 0.5",
+          "`published` damps just enough here; the scheme as derived in eqs. 23-28 (upwind exact) "
+          "keeps the bounds too, and is more diffusive. The outlet stands beside it.",
+          {"center": smith_hutton("none"), "upwind": smith_hutton("published"),
+           "exact": smith_hutton("exact"), "cosine": smith_hutton("cosine")},
+          figure_6_data, figure_6),
+    quick("h11-figure-8", "Figure 8: skew problem, 21 x 21 points",
+          "\"No oscillatory solution is found\": `published` over- and undershoots by up to 2 per "
+          "cent at 45 degrees (the paper does not print its angle), against 7 per cent of the "
+          "center-type kernel; `exact` keeps the bounds.",
+          {**{name: ask("skew", (20,), operator={"upwind": name}, mu=(1e-3, 1e-5))
+              for name in ("published", "exact", "none")},
+           "a": ask("skew", (20,), kind="field", mu=1e-3),
+           "b": ask("skew", (20,), kind="field", mu=1e-5)},
+          figure_8_data, figure_8),
     Item("h11-figure-9", "Figure 9: Gartland problem, mu = 1e-2", "Upwind `published`, 100 cells.",
          {"predicted": ask("gartland", (100,), kind="field", operator=UPWIND_4)},
          figure_9_data, figure_9),

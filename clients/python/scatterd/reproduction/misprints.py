@@ -21,15 +21,19 @@ MISPRINTS = [
      "W_j = w_j - (16/5) (h/L) (|u|/U) beta(s gamma) c |c| / |w'(1/2)| with L = U = 1, "
      "gamma = |u| h/(2 mu), s = 1/sqrt 2 in Table 3 and 4 in Tables 4 and 5 (upwind `published`): "
      "a length is built in, so it is kept for reproduction only"),
+    ("Huang 2011", "eqs. 29-32", "m, and so the damping, goes with dx^2",
+     "a diffusivity |u| m needs dx: damping by eqs. 23-28 (upwind `exact`) is of first order in dx. "
+     "The second power is that of what was run"),
     ("Huang 2011", "Figure 3, caption", "Pe = 1e-3", "Pe = 1e-5, as in the text"),
     ("Huang 2011", "Section 5.3", "lambda = pi^2 + 1/(4 mu^2)",
      "lambda = sqrt(pi^2 + 1/(4 mu^2))"),
     ("Huang 2011", "Section 5.2", "\"no oscillatory solution is found\"",
      "over- and undershoots of up to 2 per cent (Figure 8 below)"),
     ("Hwang 2016", "eqs. 7, 17a", "phi_2", "Phi_2"),
-    ("Hwang 2016", "eq. 22b", "tau_xy = L(xy/2)",
-     "half of the coefficient of phi_xy in eq. 21; as the entry of the symmetric tensor "
-     "tau_xy = L(xy)"),
+    ("Hwang 2016", "eq. 17a, second", "(17a)", "(17b)"),
+    ("Hwang 2016", "eqs. 22b, 23", "tau_xy, not said of which operator",
+     "the entry of the symmetric tensor, half of the coefficient of phi_xy in eq. 21: the operator "
+     "is tau_xx phi_xx + 2 tau_xy phi_xy + tau_yy phi_yy"),
     ("Hwang 2016", "eq. 33b", "a series in alpha", "exact for every alpha and phi*"),
     ("Hwang 2016", "Section 4.1, effective diffusivity", "\"derived from eq. 24\"", "from eq. 30b"),
     ("Hwang 2016", "Section 4.1, Figure 4", "\"less than 4 % ... (alpha <= 0.5)\"",

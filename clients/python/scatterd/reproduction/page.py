@@ -25,7 +25,8 @@ ABOUT = (
 
 
 class Block(NamedTuple):
-    """A piece of the page: heading1 .. heading3, text, table (a Table), figure (file and title)."""
+    """A piece of the page: heading1 .. heading3, text, table (a Table), figure (file and title),
+    files (names)."""
 
     kind: str
     content: object
@@ -52,6 +53,8 @@ def misprints() -> Table:
 
 def of_item(item: Item, tables: list[Table], figures: bool) -> Iterable[Block]:
     shown = [table for table in tables if table.shown]
+    if shown and item.sample is None:
+        raise ValueError(f"{item.id} shows a table but has no sample for the tests")
     if not shown and not (figures and item.draw):
         return
     yield Block("heading3", item.title)
@@ -63,10 +66,9 @@ def of_item(item: Item, tables: list[Table], figures: bool) -> Iterable[Block]:
         if table.title:
             yield Block("text", table.title + ":")
         yield Block("table", table)
-    if figures:
-        files = " ".join(f"`tables/{table.id}.csv`" for table in tables)
-        if files:
-            yield Block("text", f"Data: {files}")
+    if figures and tables:
+        yield Block("files", [f"tables/{table.id}.{kind}" for table in tables
+                              for kind in ("csv", "json")])
 
 
 # --- Markdown ----------------------------------------------------------------------------------
@@ -90,6 +92,7 @@ MARKDOWN = {
     "text": str,
     "table": markdown_table,
     "figure": lambda figure: f"![{figure[1]}]({figure[0]})",
+    "files": lambda names: "Data: " + ", ".join(f"[{name}]({name})" for name in names),
 }
 
 
@@ -132,6 +135,8 @@ HTML = {
     "text": lambda text: f"<p>{rich(text)}</p>",
     "table": html_table,
     "figure": lambda figure: f'<img src="{figure[0]}" alt="{html.escape(figure[1])}">',
+    "files": lambda names: "<p>Data: " + ", ".join(
+        f'<a href="{name}">{name}</a>' for name in names) + "</p>",
 }
 
 

@@ -99,7 +99,8 @@ class Item:
     """A table or figure of a paper.
 
     asks: questions by name; tables and draw get their answers by the same names.
-    cheap: is made again by the tests, to see that the documentation is not stale.
+    sample: questions whose answers give some rows of every table that the page shows, in a moment:
+        the tests ask them to see that the documentation is not stale. None if it shows no table.
     """
 
     id: str
@@ -109,4 +110,11 @@ class Item:
     tables: Callable[[dict], list[Table]]
     draw: Callable[[Any, dict], None] | None = None
     size: tuple[float, float] = (9.0, 4.2)
-    cheap: bool = False
+    sample: dict[str, Ask] | None = None
+
+
+def quick(*arguments: Any, **more: Any) -> Item:
+    """An item that takes a moment: the sample is all of it."""
+    item = Item(*arguments, **more)
+    item.sample = item.asks
+    return item

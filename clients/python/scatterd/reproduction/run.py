@@ -6,6 +6,7 @@ import pathlib
 import sys
 import time
 from concurrent.futures import ThreadPoolExecutor, as_completed
+from dataclasses import replace
 from typing import Any, Callable, Iterable
 
 from ..client import Client
@@ -13,7 +14,7 @@ from . import draw, huang, hwang, page
 from .parts import Ask, Item, Table
 
 ITEMS: list[Item] = [*huang.ITEMS, *hwang.ITEMS]
-Progress = Callable[[int, int, str], None]
+Progress = Callable[[float, str], None]
 
 
 def reproduce(
@@ -32,7 +33,8 @@ def reproduce(
             figures/ID.png.
         items: which tables and figures; by default all (`ITEMS`).
         workers: questions at a time.
-        progress: is told how many steps of how many are done, and which comes next.
+        progress: is told which share of the work is done (0 to 1, by a rough measure of the cost),
+            and what goes on.
 
     Returns:
         The page, index.html.
@@ -40,13 +42,13 @@ def reproduce(
     folder, chosen = pathlib.Path(folder), list(ITEMS if items is None else items)
     for name in ("tables", "figures"):
         (folder / name).mkdir(parents=True, exist_ok=True)
-    steps = Steps(len(questions(chosen)) + len(chosen), progress)
+    steps = Steps(sum(map(cost, questions(chosen))) + len(chosen) * DRAWING, progress)
     answers = ask_all(client, chosen, workers, steps)
     made = []
     for item in chosen:
         steps.begin(item.title)
         made.append((item, write_item(item, answers, folder)))
-        steps.done()
+        steps.done(DRAWING)
     (folder / "reproduction.md").write_text(document(made), encoding="utf-8")
     index = folder / "index.html"
     index.write_text(page.html_page(page.blocks(made, figures=True)), encoding="utf-8")
@@ -58,9 +60,9 @@ def document(made: list[tuple[Item, list[Table]]]) -> str:
     return page.markdown(page.blocks(made, figures=False))
 
 
-def tables(client: Client, items: Iterable[Item], workers: int = 2) -> list[Table]:
-    """The tables of some items, without writing anything."""
-    chosen = list(items)
+def sampled(client: Client, items: Iterable[Item], workers: int = 2) -> list[Table]:
+    """Tables of the samples of some items, without writing anything."""
+    chosen = [replace(item, asks=item.sample) for item in items if item.sample is not None]
     answers = ask_all(client, chosen, workers, Steps(0, None))
     return [table for item in chosen for table in item.tables(found(item, answers))]
 
@@ -71,24 +73,33 @@ def questions(items: list[Item]) -> list[Ask]:
     return sorted(asked, key=cost, reverse=True)
 
 
+DRAWING = 0.4  # seconds per item
+
+
 def cost(question: Ask) -> float:
-    """A rough measure of the work: points and clouds."""
-    dim = int(question.case[-2]) if question.case[-2:-1].isdigit() else 2
-    clouds = dict(question.parameters).get("seeds", 10 if question.case.startswith("sine") else 1)
-    steps = max(question.cells, default=1) ** 2 / 10 if question.case.startswith("diff") else 1
-    return sum(n**dim for n in question.cells) * clouds * steps
+    """A rough measure of the work (seconds of one processor): points, clouds, runs and steps."""
+    name, given = question.case, dict(question.parameters)
+    dim = int(name[-2]) if name[-2:-1].isdigit() else 2
+    in_time = name.startswith("diffusion")
+    clouds = given.get("seeds", 1) if in_time or name.startswith("sine") else 1
+    numbers = given.get("diffusion_number", (1,)) if in_time else (1,)
+    runs = clouds * len(given["alpha"] if isinstance(given.get("alpha"), tuple) else (1,))
+    steps = sum(1 / number for number in numbers)
+    each = 4e-9 * dim if in_time else 4e-6
+    return 0.01 + each * runs * steps * sum(n ** (dim + 2 * in_time) for n in question.cells)
 
 
 def ask_all(client: Client, items: list[Item], workers: int, steps: "Steps") -> dict[Ask, Any]:
     """The answers to all questions; `workers` are asked at a time."""
     answers: dict[Ask, Any] = {}
+    steps.begin("asking")
     with ThreadPoolExecutor(workers) as pool:
         waiting = {pool.submit(answer, client, question): question
                    for question in questions(items)}
         try:
             for future in as_completed(waiting):
                 answers[waiting[future]] = future.result()
-                steps.done(waiting[future].case)
+                steps.done(cost(waiting[future]), waiting[future].case)
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)
             raise
@@ -115,22 +126,22 @@ def write_item(item: Item, answers: dict[Ask, Any], folder: pathlib.Path) -> lis
     if item.draw:
         figure = draw.new(item.size)
         item.draw(figure, mine)
-        figure.savefig(folder / "figures" / f"{item.id}.png", dpi=130)
+        figure.savefig(folder / "figures" / f"{item.id}.png", dpi=130, bbox_inches="tight", pad_inches=0.25)
     return made
 
 
 class Steps:
     """How far it has come."""
 
-    def __init__(self, total: int, progress: Progress | None):
-        self.total, self.count, self.progress = total, 0, progress
+    def __init__(self, total: float, progress: Progress | None):
+        self.total, self.finished, self.progress = total, 0.0, progress
 
     def begin(self, what: str) -> None:
         if self.progress:
-            self.progress(self.count, self.total, what)
+            self.progress(min(self.finished / self.total, 1.0), what)
 
-    def done(self, what: str = "") -> None:
-        self.count += 1
+    def done(self, work: float, what: str = "") -> None:
+        self.finished += work
         self.begin(what)
 
 
@@ -144,12 +155,12 @@ class Bar:
         self.is_terminal = sys.stderr.isatty()
         self.shown = -1
 
-    def __call__(self, count: int, total: int, what: str) -> None:
-        share = count / total if total else 1.0
-        line = (f"[{'#' * int(share * self.WIDTH):{self.WIDTH}s}] {count:3d}/{total} "
+    def __call__(self, share: float, what: str) -> None:
+        share = 1.0 if share > 1 - 1e-9 else share
+        line = (f"[{'#' * int(share * self.WIDTH):{self.WIDTH}s}] {share:4.0%} "
                 f"{time.monotonic() - self.begun:5.0f} s  {what[:40]:40s}")
         if self.is_terminal:
-            print("\r" + line, end="\n" if count == total else "", file=sys.stderr, flush=True)
+            print("\r" + line, end="\n" if share == 1 else "", file=sys.stderr, flush=True)
         elif int(share * 10) > self.shown:
             self.shown = int(share * 10)
             print(line.rstrip(), file=sys.stderr, flush=True)

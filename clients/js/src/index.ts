@@ -1,0 +1,12 @@
+export { Client } from './client.js';
+export type { CallOptions, ClientOptions, ExecuteOptions, JobList, JobQuery } from './client.js';
+export { lattice, latticeCount, latticePoints } from './cloud.js';
+export { ProblemError, UnreachableError } from './errors.js';
+export type { Culprit, Problem } from './errors.js';
+export { hasEnded, Job } from './job.js';
+export type { JobEvent, WaitOptions } from './job.js';
+export { isNumbers, NdArray } from './ndarray.js';
+export type { Numbers } from './ndarray.js';
+export { decode, encode } from './wire.js';
+export type { Format } from './wire.js';
+export type * from './types.js';
