@@ -135,7 +135,8 @@ static void end_refused(job *c, const pool_outcome *o) {
     job_fail(c, 500, "the problem of the run cannot be read");
     return;
   }
-  take_problem(c, o->status, bytes, size, problem_phrase(o->status));
+  take_problem(c, o->status, bytes, size,
+               *o->detail != '\0' ? o->detail : problem_phrase(o->status));
 }
 
 static void end_replied(job *c, const pool_outcome *o) {
