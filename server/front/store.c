@@ -284,49 +284,62 @@ static void bind_real(store *s, statement k, const char *name, double value) {
   sqlite3_bind_double(s->statement[k], place(s, k, name), value);
 }
 
-static void bind_row(sqlite3_stmt *to, const job_row *row) {
-  for (int c = 0; c < COLUMNS; c++) {
-    const void *at = (const char *)row + columns[c].offset;
-    switch (columns[c].kind) {
-      case TEXT:
-        sqlite3_bind_text(to, c + 1, at, -1, SQLITE_STATIC);
-        break;
-      case INT:
-        sqlite3_bind_int(to, c + 1, *(const int *)at);
-        break;
-      case LONG:
-        sqlite3_bind_int64(to, c + 1, *(const int64_t *)at);
-        break;
-      case REAL:
-        sqlite3_bind_double(to, c + 1, *(const double *)at);
-        break;
-    }
-  }
+/* ---- Columns: one writer and one reader per kind ---- */
+
+static void put_text(sqlite3_stmt *to, int place_of, const void *at) {
+  sqlite3_bind_text(to, place_of, at, -1, SQLITE_STATIC);
 }
 
-static void get_text(sqlite3_stmt *from, int c, char *room, size_t size) {
+static void put_int(sqlite3_stmt *to, int place_of, const void *at) {
+  sqlite3_bind_int(to, place_of, *(const int *)at);
+}
+
+static void put_long(sqlite3_stmt *to, int place_of, const void *at) {
+  sqlite3_bind_int64(to, place_of, *(const int64_t *)at);
+}
+
+static void put_real(sqlite3_stmt *to, int place_of, const void *at) {
+  sqlite3_bind_double(to, place_of, *(const double *)at);
+}
+
+static void get_text(sqlite3_stmt *from, int c, void *room, size_t size) {
   const unsigned char *text = sqlite3_column_text(from, c);
   snprintf(room, size, "%s", text != NULL ? (const char *)text : "");
+}
+
+static void get_int(sqlite3_stmt *from, int c, void *room, size_t size) {
+  (void)size;
+  *(int *)room = sqlite3_column_int(from, c);
+}
+
+static void get_long(sqlite3_stmt *from, int c, void *room, size_t size) {
+  (void)size;
+  *(int64_t *)room = sqlite3_column_int64(from, c);
+}
+
+static void get_real(sqlite3_stmt *from, int c, void *room, size_t size) {
+  (void)size;
+  *(double *)room = sqlite3_column_double(from, c);
+}
+
+static const struct {
+  void (*put)(sqlite3_stmt *to, int place_of, const void *at);
+  void (*get)(sqlite3_stmt *from, int c, void *room, size_t size);
+} kinds[] = {[TEXT] = {put_text, get_text},
+             [INT] = {put_int, get_int},
+             [LONG] = {put_long, get_long},
+             [REAL] = {put_real, get_real}};
+
+static void bind_row(sqlite3_stmt *to, const job_row *row) {
+  for (int c = 0; c < COLUMNS; c++) {
+    kinds[columns[c].kind].put(to, c + 1, (const char *)row + columns[c].offset);
+  }
 }
 
 static void get_row(sqlite3_stmt *from, job_row *row) {
   *row = (job_row){.number = sqlite3_column_int64(from, COLUMNS)};
   for (int c = 0; c < COLUMNS; c++) {
-    void *at = (char *)row + columns[c].offset;
-    switch (columns[c].kind) {
-      case TEXT:
-        get_text(from, c, at, columns[c].size);
-        break;
-      case INT:
-        *(int *)at = sqlite3_column_int(from, c);
-        break;
-      case LONG:
-        *(int64_t *)at = sqlite3_column_int64(from, c);
-        break;
-      case REAL:
-        *(double *)at = sqlite3_column_double(from, c);
-        break;
-    }
+    kinds[columns[c].kind].get(from, c, (char *)row + columns[c].offset, columns[c].size);
   }
 }
 
