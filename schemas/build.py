@@ -26,6 +26,7 @@ CONTROL = ["sync-execute", "async-execute", "dismiss"]
 CASES = [
     *("laplace", "smooth", "gartland", "smith-hutton", "skew", "three-point"),
     *("sine-1d", "sine-2d", "sine-3d", "diffusion-1d", "diffusion-2d", "diffusion-3d"),
+    *("cavity", "step"),
 ]
 JSON = "application/json"
 CBOR = "application/cbor"

@@ -9,9 +9,9 @@
 
 /* Remove a local maximum of the number density above TOO_MANY n0, insert below TOO_FEW n0, in a
  * cell without particles below TOO_FEW_EMPTY n0: cells that are longer than high would be empty too
- * often (graded step: 17 to 20 % of them, so 15 %). A new one takes its velocity from REACH
- * spacings around. */
-static const double TOO_MANY = 1.6, TOO_FEW = 1.0, TOO_FEW_EMPTY = 1.25, REACH = 2.2;
+ * often (graded step: 17 to 20 % of them, so 15 %); not any more where there are PLENTY times as
+ * many particles as cells. A new one takes its velocity from REACH spacings around. */
+static const double TOO_MANY = 1.6, TOO_FEW = 1.0, TOO_FEW_EMPTY = 1.2, PLENTY = 1.07, REACH = 2.2;
 
 double flow_random(const sct_flow *f, uint64_t what, uint64_t k) {
   uint64_t z = f->options.seed * 0x9e3779b97f4a7c15u + what;
@@ -152,13 +152,14 @@ static bool is_empty(const sct_flow *f, int64_t c) {
 static bool find_too_few(void *context, int64_t first, int64_t last, int t) {
   sct_flow *f = context;
   const int64_t nx = f->mesh.axis[0].n;
+  const bool helps = (double)f->particles.n < PLENTY * (double)f->mesh.fluids;
   flow_near near;
   (void)t;
   for (int64_t c = first; c < last; c++) {
     f->seeded[c] = 0;
     if (!f->mesh.fluid[c]) continue;
     random_place(f, c % nx, c / nx, f->seed + 2 * c);
-    const double least = (is_empty(f, c) ? TOO_FEW_EMPTY : TOO_FEW) * f->full;
+    const double least = (helps && is_empty(f, c) ? TOO_FEW_EMPTY : TOO_FEW) * f->full;
     f->seeded[c] = density_at(f, c % nx, c / nx, f->seed + 2 * c, &near) < least;
   }
   return true;

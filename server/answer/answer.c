@@ -211,7 +211,7 @@ void answer_prepare(void) {
 }
 
 void answer(const ask *a, reply *r) {
-  if (a->work != IPC_RENDER && um_bridge_is(a->process)) {
+  if (a->work == IPC_RUN && um_bridge_is(a->process)) {
     um_bridge_answer(a, r);
     return;
   }

@@ -60,6 +60,11 @@ export function linkTo(process, inputs, more = {}) {
   return `#run/${process}?${new URLSearchParams({ r, ...more })}`;
 }
 
+/** The control in the label that begins with this word. */
+export function pick(page, word) {
+  return page.locator('label.pick', { has: page.getByText(word, { exact: true }) }).locator('select, input');
+}
+
 /** Waits until a cloud of so many points is drawn. */
 export function drawn(page, points) {
   return page.waitForFunction(

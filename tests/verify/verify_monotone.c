@@ -30,11 +30,12 @@ static sct_system *laplace(const fixture *f, const double *value) {
   return system;
 }
 
-/* Entries of a row that have the wrong sign for an M-matrix, beyond rounding. */
+/* Entries of a row that have the wrong sign for an M-matrix, beyond 1e-6 of its size: kernel center
+ * dips to -2e-8 just before q = 1. */
 static int wrong_signs(const sct_csr *a, int64_t row, int64_t diagonal, double size) {
   int wrong = 0;
   for (int64_t k = a->start[row]; k < a->start[row + 1]; k++) {
-    wrong += a->column[k] != diagonal && a->value[k] > 1e-10 * size;
+    wrong += a->column[k] != diagonal && a->value[k] > 1e-6 * size;
   }
   return wrong;
 }
@@ -83,11 +84,9 @@ static const struct {
   const char *scheme;
   int degree;
   double all, most;
-} SIGNS[] = {{"mps", 2, 0.5, 0.5},
-             {"ps", 2, 0.5, 0.5},
-             {"ips", 2, 0, 0.1},
-             {"ipsn", 2, 0, 0.1},
-             {"lsmps", 2, 0, 0.3}};
+} SIGNS[] = {{"mps", 2, 0.5, 0.5},  {"ps", 2, 0.5, 0.5},    {"ips", 2, 0.1, 0.2},
+             {"ipsn", 2, 0.1, 0.2}, {"lsmps", 2, 0.3, 0.5}, {"lsmps", 3, -1, -1},
+             {"lsmps", 4, -1, -1}};
 
 static void signs_and_maximum_principle(void **state) {
   uint64_t random = seed_new("verify.monotone");
@@ -99,7 +98,7 @@ static void signs_and_maximum_principle(void **state) {
       for (int a = 0; a < JITTERS; a++) {
         fixture f = fixture_unit(dim, CELLS[dim], JITTER[a], seed_next(&random), &op);
         const double wrong = share_of_wrong_rows(&f), out = excess(&f, &random);
-        print_message(" %4.1f %%, %.0e |", 100 * wrong, fmax(out, 0));
+        print_message(" %.1f %%, %.0e |", 100 * wrong, out > 1e-10 ? out : 0);
         fixture_clear(&f);
         if (JITTER[a] <= SIGNS[s].all) assert_true(wrong == 0 && out < 1e-10);
         if (JITTER[a] <= SIGNS[s].most) assert_true(wrong < 0.05);
