@@ -362,8 +362,13 @@ static sct_status load(sct_error *err) {
   return unusable.code;
 }
 
+static void prepare(void) {
+  (void)load(NULL);
+}
+
 const sct_solve_kind sct_solve_petsc = {.name = "iterative",
                                         .iterates = true,
+                                        .prepare = prepare,
                                         .load = load,
                                         .analyse = analyse,
                                         .factor = factor,

@@ -30,6 +30,11 @@ int64_t estimate_system(int dim, int64_t n, const sct_operator *op) {
   return (int64_t)(points * m * (30 + 8 * growth));
 }
 
+/* Per entry the matrix, its scaled copy and the preconditioner's; per row vectors. */
+int64_t estimate_iteration(int dim, int64_t n, const sct_operator *op) {
+  return (int64_t)((double)n * (250 + 32 * estimate_neighbours(dim, op->radius)));
+}
+
 int64_t estimate_run(const task *t, const performance *f) {
   const double own = f->process->memory ? (double)f->process->memory(t, f->state) : 0;
   return (int64_t)(BASE + own);

@@ -161,10 +161,12 @@ static int64_t memory_of_solve(const task *t, const void *state) {
   const solve *s = state;
   const sct_cloud *c = &s->in.cloud.cloud;
   const bool is_explicit = s->in.is_transient && s->in.march.method == SCT_FORWARD_EULER;
+  const bool iterates = sct_solver_iterates(&s->in.march.solve, c->n);
   const int64_t saved = s->in.march.saves * c->n * (int64_t)(sizeof(double) + SAVED_TEXT);
   (void)t;
-  return estimate_points(c->dim, c->n, &s->in.op) + saved +
-         (is_explicit ? 0 : estimate_system(c->dim, c->n, &s->in.op));
+  const int64_t most = estimate_points(c->dim, c->n, &s->in.op) + saved;
+  if (is_explicit) return most;
+  return most + (iterates ? estimate_iteration : estimate_system)(c->dim, c->n, &s->in.op);
 }
 
 /* Results */
