@@ -36,8 +36,8 @@ typedef struct {
   const char *preconditioner;  /* iterative: "ilu", "amg", else NULL */
   int64_t rows, nonzeros;      /* of A */
   int64_t factor_nonzeros;     /* of L + U; 0: there are none */
-  int64_t peak_bytes;          /* memory of the factorisation, as the package counts it; that of a
-                                  preconditioner once it is made */
+  int64_t peak_bytes;          /* memory of the factorisation, as the package counts it; 0: it
+                                  does not (amg) */
   int iterations;              /* refinement steps, or iterations of an iterative solver */
   double reciprocal_condition; /* 1 / || |A^-1| |A| e ||_inf, Skeel's, estimated (exact where
                                   A^-1 >= 0, else rarely off by 3); rows may be scaled at will;
