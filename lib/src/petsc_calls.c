@@ -66,6 +66,7 @@ bool petsc_ran_out(void) {
 
 static void list_block(petsc_block *block, petsc_block **list) {
   block->link = list;
+  if (list == NULL) IGNORE(block); /* kept for good */
   if (list == NULL) return;
   block->next = *list;
   if (block->next != NULL) block->next->link = &block->next;
@@ -96,6 +97,7 @@ void petsc_keep(petsc_block **list) {
     petsc_block *const block = *list;
     unlist_block(block);
     block->link = NULL;
+    IGNORE(block);
   }
 }
 
