@@ -60,7 +60,7 @@ typedef struct {
 
 /* Assembles. SCT_E_ARGUMENT (negative diffusivity, zero normal, no unknown: err->point),
  * SCT_E_NOT_FINITE, SCT_E_DEFICIENT with all points concerned, SCT_E_MEMORY. *system is NULL on
- * failure. Cost O(entries). Proof: verify.assemble */
+ * failure. Cost O(entries). Proof: verify.assemble, verify.order, verify.monotone */
 SCT_NODISCARD sct_status sct_system_build(const sct_stencil *stencil, const sct_fields *fields,
                                           const sct_boundary *boundary, const sct_work *work,
                                           sct_system **system, sct_error *err);

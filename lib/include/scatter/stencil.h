@@ -168,7 +168,8 @@ void sct_room_free(sct_room **room);
  * limit of neighbours); then a fit is tried with weight w on the same supports, and of all the fits
  * so far the one with the least such quotient is taken if that is at most 15: it is still exact for
  * its degree. If there is none, a fit of degree 2 and last an ips row stand in for lsmps; else
- * SCT_E_DEFICIENT. Proof: verify.stencil (exactness), unit.stencil (degenerate neighbourhoods) */
+ * SCT_E_DEFICIENT. Proof: verify.stencil (exactness), verify.order (orders, also one-sided and at
+ * voids), verify.monotone (signs), unit.stencil (degenerate neighbourhoods) */
 SCT_NODISCARD sct_status sct_stencil_row(const sct_stencil *stencil, int64_t i,
                                          const sct_row_request *request, sct_room *room,
                                          sct_row *row, sct_error *err);
