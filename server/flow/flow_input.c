@@ -22,6 +22,13 @@ static bool refuse_others(task *t, const item *in, const char *const *names, con
   return good;
 }
 
+double flow_input_cells(const flow_input *s) {
+  const double n = (double)s->cells;
+  const int64_t *own = s->domain.domain.cells;
+  if (s->shape == FLOW_DOMAIN) return (double)own[0] * (double)own[1];
+  return s->shape == FLOW_CAVITY ? n * n : 2 * n * n * (1 + s->downstream);
+}
+
 /* ---- case ---- */
 
 static bool read_case(task *t, const item *in, flow_input *s) {
@@ -42,8 +49,7 @@ static bool read_case(task *t, const item *in, flow_input *s) {
   good &= read_integer(t, &cells, 4, 4096, &s->cells);
   good &= read_number(t, &reynolds, &range_positive, &s->reynolds);
   good &= read_number(t, &downstream, &lengths, &s->downstream);
-  const double n = (double)s->cells;
-  const double all = chosen == 0 ? n * n : 2 * n * n + 2 * n * n * s->downstream;
+  const double all = flow_input_cells(s);
   if (good && all > (double)t->limits->points) {
     complain(t, &cells, "makes about %.3g cells, at most %lld are allowed", all,
              (long long)t->limits->points);
@@ -181,7 +187,7 @@ void flow_input_read(task *t, const item *in, flow_input *s) {
   s->options.max_particles = t->limits->points;
   parameters_input_read(t, &parameters);
   read_grading(t, in, s);
-  if (!read_shape(t, in, s)) return;
+  read_shape(t, in, s); /* what is wrong there does not hide the rest */
   if (s->shape == FLOW_STEP) s->options.shift = 0.5;
   read_operator(t, in, s);
   read_numbers_of(t, in, s);

@@ -27,6 +27,8 @@ void flow_input_read(task *t, const item *in, flow_input *s);
 
 /* Makes domain and options; with t->blame at the input that a failure is the fault of. */
 sct_status flow_input_make(task *t, flow_input *s, const sct_flow_domain **domain);
+/* Cells of the mesh, about. */
+double flow_input_cells(const flow_input *s);
 void flow_input_clear(flow_input *s);
 
 #endif

@@ -8,9 +8,9 @@
 #include "process.h"
 #include "report.h"
 
-/* A state is kept at most so often; one that is large costs time, so not more often than it takes
- * fifty times that. */
-static const double CHECKPOINT_SECONDS = 20;
+/* A state is kept at most so often, and not so often that it takes more than a fiftieth of the
+ * time. */
+static const double CHECKPOINT_SECONDS = 2;
 
 /* Steps between two looks at the clock. */
 enum { STEPS_AT_ONCE = 20 };
@@ -18,6 +18,7 @@ enum { STEPS_AT_ONCE = 20 };
 typedef struct {
   flow_input in;
   sct_flow *flow;
+  double resumed; /* time of the state that the run went on from, 0: from the start */
 } flow_state;
 
 static void read_flow(task *t, const item *in, void *state) {
@@ -34,10 +35,13 @@ static double now(void) {
 
 /* Goes on from a state if there is one. One that does not fit any more (of another version of the
  * program) is as good as none. */
-static void resume(task *t, flow_state *s) {
+static sct_status resume(task *t, flow_state *s) {
   sct_error why = {0};
-  if (!t->checkpoint) return;
-  (void)!sct_flow_load(s->flow, t->checkpoint, t->checkpoint_size, &why);
+  if (!t->checkpoint) return SCT_OK;
+  const sct_status status = sct_flow_load(s->flow, t->checkpoint, t->checkpoint_size, &why);
+  if (status == SCT_OK) s->resumed = sct_flow_reports(s->flow).time;
+  if (status == SCT_E_MEMORY) t->error = why;
+  return t->error.code;
 }
 
 /* Has the state kept when it is due. To fail at it is no reason to stop. */
@@ -71,8 +75,8 @@ static sct_status run_flow(task *t, unsigned wanted, void *state) {
   if (flow_input_make(t, &s->in, &domain)) return t->error.code;
   if (sct_flow_build(domain, &s->in.options, &s->flow, &t->error)) return t->error.code;
   t->blame = NULL;
-  resume(t, s);
   stopwatch_lap(&t->watch, LAP_FACTOR);
+  if (resume(t, s)) return t->error.code;
   while (!sct_flow_is_done(s->flow) && steps_are_allowed(t, s)) {
     if (sct_flow_advance(s->flow, STEPS_AT_ONCE, &t->work, &t->error)) break;
     keep_state(t, s, &due);
@@ -85,6 +89,13 @@ static void clear_flow(void *state) {
   flow_state *s = state;
   sct_flow_free(&s->flow);
   flow_input_clear(&s->in);
+}
+
+/* Particles, sites and rows take some 700 bytes per cell; the factor grows with its logarithm. */
+static int64_t flow_memory(const task *t, const void *state) {
+  const double cells = flow_input_cells(&((const flow_state *)state)->in);
+  (void)t;
+  return (int64_t)(cells * (1000 + 100 * log2(cells + 2)));
 }
 
 /* ---- writing: particles ---- */
@@ -305,6 +316,7 @@ static void write_summary(emit *e, const task *t, const void *state) {
   member_integer(e, "removed", r.removed);
   member_number(e, "circulation_deviation", r.circulation_deviation);
   member_number(e, "viscosity", s->in.options.viscosity);
+  if (s->resumed > 0) member_number(e, "resumed", s->resumed);
   emit_end(e);
 }
 
@@ -315,6 +327,7 @@ const process process_flow = {
     .read = read_flow,
     .run = run_flow,
     .clear = clear_flow,
+    .memory = flow_memory,
     .coordinates = write_particles,
     .outputs = {{"particles", NULL, false, write_particles, OUTPUT_COORDINATES},
                 {"velocity", NULL, false, write_velocity, OUTPUT_FIELD},

@@ -47,7 +47,7 @@ test('a problem is posed and solved without a mouse', () => withPage(async ({ pa
   assert.equal(await page.evaluate(() => document.activeElement.textContent), 'A front carried round a bend');
   await page.keyboard.press('Tab');
   await page.keyboard.press('Enter'); // edit it
-  await page.getByLabel('Diffusivity').focus();
+  await page.getByLabel('Diffusivity', { exact: true }).focus();
   await page.keyboard.press('Control+Enter');
   await drawn(page, 81 * 41);
   await page.getByRole('tab', { name: 'Numbers' }).focus();

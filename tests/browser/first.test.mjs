@@ -13,12 +13,14 @@ test('the catalogue appears, within the budget', () => withPage(async ({ page, d
     const { responseBodySize, responseHeadersSize } = await response.request().sizes();
     weight += responseBodySize + responseHeadersSize;
   });
-  await page.goto(daemon.url, { waitUntil: 'networkidle' });
+  const began = Date.now();
+  await page.goto(daemon.url);
   await page.getByRole('heading', { name: 'A front carried round a bend' }).waitFor();
+  const seen = Date.now() - began;
+  await page.waitForLoadState('networkidle');
   assert.equal(await page.locator('.case').count(), 6);
   assert.ok(weight > 20_000 && weight < budget, `${weight} bytes`);
-  const seen = await page.evaluate(() => performance.getEntriesByName('first-contentful-paint')[0]?.startTime);
-  console.log(`first view: ${weight} bytes, first paint after ${Math.round(seen)} ms`);
+  console.log(`first view: ${weight} bytes, there after ${seen} ms`);
 }));
 
 test('the page is asked for anew, what it loads is kept for ever', () => withPage(async ({ daemon }) => {

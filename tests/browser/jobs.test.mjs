@@ -2,22 +2,22 @@
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { drawn, heat, linkTo, long, withPage } from './page.mjs';
+import { drawn, heat, linkTo, long, pick, withPage } from './page.mjs';
 
 async function submit(page, url, inputs) {
   await page.goto(`${url}/${linkTo('solve', inputs)}`);
   await page.getByLabel('as a job').check();
-  await page.getByRole('button', { name: 'Solve' }).click();
+  await page.getByRole('button', { name: 'Solve', exact: true }).click();
 }
 
 test('a job is followed to its result, which a link brings back', () => withPage(async ({ page, daemon }) => {
   await submit(page, daemon.url, { ...heat, time: { ...heat.time, step: 2e-5 } });
   await drawn(page, 441);
   await page.getByRole('link', { name: 'Jobs' }).click();
-  await page.getByText('successful').waitFor();
+  await page.locator('.status-successful').waitFor();
   await page.locator('.job-list a').first().click();
   await page.getByRole('img', { name: /Solution on 441 points/ }).waitFor();
-  await page.getByLabel('Colour', { exact: true }).selectOption('error'); // the request is remembered
+  await pick(page, 'Colour').selectOption('error'); // the request is remembered
   await page.getByRole('img', { name: /Error/ }).waitFor();
 }));
 
@@ -30,7 +30,7 @@ test('progress is shown, and a long job cancelled', () => withPage(async ({ page
   const { jobs } = await (await fetch(`${daemon.url}/jobs`)).json();
   assert.equal(jobs[0].status, 'running');
   await page.getByRole('button', { name: 'Cancel' }).first().click();
-  await page.getByRole('button', { name: 'Solve' }).waitFor();
+  await page.getByRole('button', { name: 'Solve', exact: true }).waitFor();
   await page.getByRole('link', { name: 'Jobs' }).click();
   await page.locator('.status-dismissed').waitFor();
 }));
@@ -43,13 +43,13 @@ test('the list filters, and cancels', () => withPage(async ({ page, daemon }) =>
   await post('solve', long);
   await page.goto(`${daemon.url}/#jobs`);
   await page.waitForFunction(() => document.querySelectorAll('.job-list tbody tr').length === 2);
-  await page.getByLabel('Process').selectOption('solve');
+  await pick(page, 'Process').selectOption('solve');
   await page.waitForFunction(() => document.querySelectorAll('.job-list tbody tr').length === 1);
-  await page.getByLabel('Status').selectOption('running');
+  await pick(page, 'Status').selectOption('running');
   await page.locator('.status-running').waitFor();
   await page.getByRole('button', { name: 'Cancel' }).click();
   await page.getByText('None fits the filter.').waitFor();
-  await page.getByLabel('Status').selectOption('dismissed');
+  await pick(page, 'Status').selectOption('dismissed');
   await page.locator('.status-dismissed').waitFor();
 }));
 

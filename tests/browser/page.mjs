@@ -12,7 +12,7 @@ export const need = createRequire(join(web, 'package.json'));
 const { chromium } = need('playwright-core');
 
 /** Anything may take this long on a busy machine (milliseconds). */
-export const patience = 60_000;
+export const patience = Number(process.env.PATIENCE ?? 60_000);
 
 export function launch() {
   return chromium.launch({
@@ -58,6 +58,11 @@ function watch(page, host, { refusals, away }) {
 export function linkTo(process, inputs, more = {}) {
   const r = deflateRawSync(JSON.stringify({ process, inputs })).toString('base64url');
   return `#run/${process}?${new URLSearchParams({ r, ...more })}`;
+}
+
+/** The control in the label that begins with this word. */
+export function pick(page, word) {
+  return page.locator('label.pick', { has: page.getByText(word, { exact: true }) }).locator('select, input');
 }
 
 /** Waits until a cloud of so many points is drawn. */

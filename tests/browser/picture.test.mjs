@@ -5,7 +5,7 @@ import { readFile } from 'node:fs/promises';
 import { join } from 'node:path';
 import { test } from 'node:test';
 import { pathToFileURL } from 'node:url';
-import { drawn, heat, linkTo, pixels, unitSquare, withPage } from './page.mjs';
+import { drawn, heat, linkTo, pick, pixels, unitSquare, withPage } from './page.mjs';
 
 const { interpolateViridis } = await import(
   pathToFileURL(join(process.env.SCATTERD_WEB, 'node_modules/d3-scale-chromatic/src/index.js')));
@@ -52,10 +52,10 @@ test('Smith-Hutton: the colours are those of the solution', () => withPage(async
 
 test('a problem of the form: error, times, cut, neighbours, link', () => withPage(async ({ page, daemon }) => {
   await page.goto(`${daemon.url}/${linkTo('solve', heat)}`);
-  await page.getByRole('button', { name: 'Solve' }).click();
+  await page.getByRole('button', { name: 'Solve', exact: true }).click();
   await drawn(page, 441);
   const before = (await pixels(page)).data.join();
-  await page.getByLabel('Colour', { exact: true }).selectOption('error');
+  await pick(page, 'Colour').selectOption('error');
   await page.getByRole('img', { name: /Error/ }).waitFor();
   await page.waitForFunction(() => document.querySelector('.stage-foot').textContent.includes('solved'));
   await page.waitForTimeout(300);
@@ -66,7 +66,7 @@ test('a problem of the form: error, times, cut, neighbours, link', () => withPag
   await page.getByText('t = 0', { exact: true }).waitFor();
   await page.keyboard.press('End');
 
-  await page.getByLabel('Colour', { exact: true }).selectOption('neighbours');
+  await pick(page, 'Colour').selectOption('neighbours');
   await page.getByRole('img', { name: /Neighbours on 441 points/ }).waitFor();
   await page.getByRole('button', { name: 'Cut', exact: true }).click();
   await page.getByRole('tab', { name: 'Cut' }).click();
@@ -128,7 +128,7 @@ test('space and the line', () => withPage(async ({ page, daemon }) => {
   await page.goto(`${daemon.url}/${linkTo('solve', { cloud: box, diffusivity: 1, source: 1, boundary }, { go: '1' })}`);
   await drawn(page, 729);
   const closed = (await pixels(page)).data.join();
-  await page.getByLabel('Open', { exact: true }).fill('0.5');
+  await pick(page, 'Open').fill('0.5');
   await page.waitForTimeout(600);
   assert.notEqual((await pixels(page)).data.join(), closed);
   const line = { lattice: { lower: [0], upper: [1], cells: [20] } };
@@ -139,16 +139,16 @@ test('space and the line', () => withPage(async ({ page, daemon }) => {
 test('a study: table, convergence with its slope, and a look at a row', () => withPage(async ({ page, daemon }) => {
   await page.goto(`${daemon.url}/#run/study?study=gartland&go=1`);
   await page.getByRole('img', { name: 'Error over mesh size' }).waitFor();
-  assert.equal(await page.locator('.plot-slope text').first().innerText(), '2');
+  assert.equal(await page.locator('.plot-slope text').first().textContent(), '2');
   assert.ok((await page.locator('.numbers tbody tr').count()) >= 5);
   await page.getByRole('button', { name: 'look' }).first().click();
   await drawn(page, 61 * 61);
-  assert.equal(await page.getByLabel('Cells').inputValue(), '60, 60');
+  assert.equal(await page.getByLabel('Cells', { exact: true }).inputValue(), '60, 60');
 }));
 
 test('what the cloud does: arrows of the artificial velocity', () => withPage(async ({ page, daemon }) => {
   await page.goto(`${daemon.url}/${linkTo('diagnose', { cloud: unitSquare(20, 0.6) }, { go: '1', field: 'artificial_velocity', arrows: 'artificial_velocity' })}`);
   await page.getByRole('img', { name: /Artificial velocity, size on 441/ }).waitFor();
-  await page.getByLabel('Colour', { exact: true }).selectOption('effective_diffusivity');
+  await pick(page, 'Colour').selectOption('effective_diffusivity');
   await page.getByRole('img', { name: /Effective diffusivity, mean on 441/ }).waitFor();
 }));

@@ -24,7 +24,8 @@ SEED = int(os.environ.get("STUDY_SEED") or random.randrange(10**9))
 SEEDS = [random.Random(SEED + k).randrange(10**9) for k in range(3)]  # first seeds of clouds
 CLOUDS = 10  # the bands are those of means over so many
 CASES = ("laplace smooth gartland smith-hutton skew three-point sine-1d sine-2d sine-3d "
-         "diffusion-1d diffusion-2d diffusion-3d").split()
+         "diffusion-1d diffusion-2d diffusion-3d cavity step").split()
+SHORT = {"cavity": {"end": 2}, "step": {"end": 2, "downstream": 4}}
 SMALL = {"laplace": 4, "smith-hutton": 10, "three-point": 2, "skew": 10}
 
 
@@ -60,7 +61,7 @@ class Cases(Study):
         return self.client.study(case, [SMALL.get(case, 8)], parameters=self.few(case))
 
     def few(self, case):
-        return {} if case == "three-point" else {"seeds": 2, "seed": SEED}
+        return {} if case == "three-point" else {"seeds": 2, "seed": SEED, **SHORT.get(case, {})}
 
     def test_every_case_runs_and_is_deterministic(self):
         for case in CASES:
@@ -74,10 +75,11 @@ class Cases(Study):
     def test_a_row_is_what_its_request_answers(self):
         for case in CASES:
             with self.subTest(case):
-                few = {} if case == "three-point" else {"seeds": 1, "seed": SEED}
+                few = {**self.few(case), "seeds": 1} if case != "three-point" else {}
                 study = self.client.study(case, [SMALL.get(case, 8)], parameters=few)
                 request = study.requests[0]
                 process = "apply" if "field" in request["inputs"] else "solve"
+                process = "flow" if case in SHORT else process
                 result = self.client.post(process, request)
                 row = study.table[0]
                 if "cell_reynolds" in row:
@@ -129,6 +131,34 @@ class Cases(Study):
 
 # Last digits of the paper that cannot be had (tests/verify/verify_huang2011.c): by what was printed.
 LAST_DIGITS = {4.352e-4, 7.828e-3, 6.263e-3, 5.788e-3}
+
+
+class Flows(Study):
+    """Cavity and step beside their references; the long runs: tests/bench/flow.py."""
+
+    def test_cavity_of_20_cells(self):
+        table = self.client.study("cavity", [20], outputs=["table"]).table
+        row = table[0]
+        self.assertAlmostEqual(row.circulation / row.reference.circulation, 1, delta=0.025)
+        self.assertLess(max(row.rms_u, row.rms_v), 5e-3)
+        self.assertLess(max(row.ghia_u, row.ghia_v), 7e-3)
+        self.assertLess(row.rms_circulation, 3e-3)
+        self.assertEqual((row.points, row.steps), (400, 1600))
+
+    def test_other_reynolds_numbers_have_other_references(self):
+        parameters = {"reynolds": [400, 1000, 300], "end": 1}
+        table = self.client.study("cavity", [8], parameters=parameters, outputs=["table"]).table
+        self.assertEqual(table[0].reference.circulation, 0.113909)
+        self.assertEqual(table[1].reference.circulation, 0.117929)
+        self.assertNotIn("reference", table[2])
+        self.assertNotIn("rms_u", table[0])
+        self.assertIn("ghia_u", table[0])
+
+    def test_a_coarse_step(self):
+        parameters = {"clustering": [0, 0.3], "end": 12, "downstream": 6}
+        for row in self.client.study("step", [6], parameters=parameters, outputs=["table"]).table:
+            self.assertTrue(2.4 < row.reattachment < 3.2, row.reattachment)
+            self.assertLess(row.rms, 0.06)
 
 
 class Defaults(Study):

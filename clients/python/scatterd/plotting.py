@@ -62,8 +62,9 @@ def plot(
 
 def points_of(result: Result) -> numpy.ndarray:
     """Points of a result, or those its request gave."""
-    if "points" in result:
-        return result["points"]
+    for name in ("points", "particles"):
+        if name in result:
+            return result[name]
     cloud = result.request_inputs.get("cloud", {})
     cloud = cloud.get("value", cloud)
     if "points" in cloud:

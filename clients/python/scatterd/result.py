@@ -49,6 +49,18 @@ class Result(Record):
         super().__init__(record(outputs))
         object.__setattr__(self, "request_inputs", inputs or {})
 
+    def save(self, file: str, output: str | None = None) -> None:
+        """Writes the result as a file: .vtp for ParaView and .csv (points and what has a value at
+        them), .npz (all arrays), .json (everything).
+
+        Args:
+            file: its name; the ending tells the form.
+            output: this output only; .npy needs it.
+        """
+        from .saving import save
+
+        save(self, file, output)
+
     def __repr__(self) -> str:
         return f"<Result {', '.join(brief(name, value) for name, value in self.items())}>"
 
