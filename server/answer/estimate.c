@@ -2,8 +2,8 @@
 
 #include <math.h>
 
-/* Of a worker that has done nothing. */
-static const int64_t BASE = 19000000;
+/* Of a worker that has done nothing; of the iterative solvers' package. */
+static const int64_t BASE = 19000000, PACKAGE = 30000000;
 
 double estimate_neighbours(int dim, double radius) {
   const int reach = (int)radius;
@@ -23,8 +23,23 @@ int64_t estimate_points(int dim, int64_t n, const sct_operator *op) {
   return (int64_t)((double)n * (250 + 14 * estimate_neighbours(dim, op->radius)));
 }
 
+/* Numbers of the acceleration by point; coordinates, gradients and edges, which grow by halves. */
+int64_t estimate_limited(int dim, int64_t n, const sct_operator *op) {
+  enum { ITERATION = 33 * 8, GRADIENT = 12, EDGES = 30 };
+  const double m = estimate_neighbours(dim, op->radius);
+  if (op->upwind != SCT_UPWIND_LIMITED) return 0;
+  return (int64_t)((double)n * (ITERATION + 16 * dim + m * (GRADIENT * (dim + 1) + EDGES)));
+}
+
 int64_t estimate_matrix(int dim, int64_t n, const sct_operator *op) {
   return (int64_t)((double)n * (40 + 22 * estimate_neighbours(dim, op->radius)));
+}
+
+int64_t estimate_solver(int dim, int64_t n, const sct_operator *op,
+                        const sct_solve_options *options) {
+  const double m = estimate_neighbours(dim, op->radius);
+  if (!sct_solver_iterates(options, n)) return estimate_factors(dim, n, op);
+  return PACKAGE + (int64_t)((double)n * (420 + 8 * m));
 }
 
 /* Bytes per point by dimension; a denser stencil costs less than in proportion. */
