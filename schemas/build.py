@@ -14,24 +14,28 @@ import argparse
 import json
 import pathlib
 
+import openapi
 import page
 import study
+from openapi import JSON, OPENAPI
 
 HERE = pathlib.Path(__file__).resolve().parent
 RELATION = "http://www.opengis.net/def/rel/ogc/1.0/"
 CONFORMANCE = "http://www.opengis.net/spec/ogcapi-processes-1/1.0/conf/"
-CLASSES = ["core", "json", "oas30", "ogc-process-description"]
-PROCESSES = ["solve", "apply", "diagnose", "study", "echo"]
+CLASSES = ["core", "json", "oas30", "ogc-process-description", "job-list", "dismiss", "callback"]
+PROCESSES = ["solve", "apply", "diagnose", "study", "flow", "echo", "batch"]
+CONTROL = ["sync-execute", "async-execute", "dismiss"]
 CASES = [
     *("laplace", "smooth", "gartland", "smith-hutton", "skew", "three-point"),
     *("sine-1d", "sine-2d", "sine-3d", "diffusion-1d", "diffusion-2d", "diffusion-3d"),
+    *("cavity", "step"),
 ]
-JSON = "application/json"
-CBOR = "application/cbor"
-PROBLEM = "application/problem+json"
-OPENAPI = "application/vnd.oai.openapi+json;version=3.0"
-HTML = "text/html"
-PAGE = {"description": "The same for reading.", "type": "string"}
+NPY = "application/x-npy"
+CSV = "text/csv"
+VTP = "application/vnd.vtk.vtp+xml"
+AT_POINTS = {"scalar-array.json", "vector-array.json", "count-array.json"}
+# Keywords of the files that OpenAPI 3.0 does not have; the second is one of OGC API - Processes.
+UNKNOWN_TO_OPENAPI = ("$schema", "contentMediaType")
 TITLE = "scatterd"
 ABOUT = "Partial differential equations solved on scattered particle clouds, over HTTP."
 
@@ -87,12 +91,8 @@ def refer(schema):
     if not isinstance(schema, dict):
         return schema
     if "$ref" in schema:
-        return component(schema["$ref"].removesuffix(".json"))
-    return {key: refer(value) for key, value in schema.items() if key != "$schema"}
-
-
-def component(name):
-    return {"$ref": f"#/components/schemas/{name}"}
+        return openapi.component(schema["$ref"].removesuffix(".json"))
+    return {key: refer(value) for key, value in schema.items() if key not in UNKNOWN_TO_OPENAPI}
 
 
 def object_schema(properties, required, description):
@@ -112,8 +112,8 @@ def is_object(schema):
 
 
 def input_schema(schema):
-    """An input bare, or as the qualified value of OGC API - Processes."""
-    return {"anyOf": [schema, qualified(schema)]}
+    """An input bare, as the qualified value of OGC API - Processes, or by reference."""
+    return {"anyOf": [schema, qualified(schema), {"$ref": "reference.json"}]}
 
 
 def qualified(schema):
@@ -158,14 +158,15 @@ def result_schema(name):
 
 
 def output_schema(schema):
-    if not is_object(schema):
-        return schema
-    return {
-        "type": "object",
-        "description": "The object under `value`.",
-        "required": ["value"],
-        "properties": {"value": schema},
-    }
+    """An output in a result document: by value, or as the request asked for it."""
+    if is_object(schema):
+        schema = {
+            "type": "object",
+            "description": "The object under `value`.",
+            "required": ["value"],
+            "properties": {"value": schema},
+        }
+    return {"anyOf": [schema, {"$ref": "encoded.json"}, {"$ref": "reference.json"}]}
 
 
 # --- Process descriptions ----------------------------------------------------------------------
@@ -183,8 +184,8 @@ def summary(name, version):
         "description": source["description"],
         "version": version,
         "keywords": source["keywords"],
-        "jobControlOptions": ["sync-execute"],
-        "outputTransmission": ["value"],
+        "jobControlOptions": source.get("control", CONTROL),
+        "outputTransmission": source.get("transmission", ["value", "reference"]),
         "links": [
             link(f"/processes/{name}", "self", JSON, "Description of this process"),
             link(f"/processes/{name}/execution", RELATION + "execute", JSON, "Run this process"),
@@ -197,7 +198,7 @@ def description(name, version):
     whole = summary(name, version)
     links = whole.pop("links") + [link("/processes", "up", JSON, "All processes")]
     inputs = {key: described_input(item) for key, item in source["inputs"].items()}
-    outputs = {key: described(item) for key, item in source["outputs"].items()}
+    outputs = {key: described_output(item) for key, item in source["outputs"].items()}
     return {**whole, "inputs": inputs, "outputs": outputs, "links": links}
 
 
@@ -207,6 +208,21 @@ def described(item):
         "description": item["description"],
         "schema": inline(item["schema"]),
     }
+
+
+def forms(schema):
+    """The media types other than JSON and CBOR that one output can be had in."""
+    if schema.get("$ref") in AT_POINTS:
+        return [NPY, CSV, VTP]
+    is_numbers = schema.get("items", {}).get("type") in ("number", "integer")
+    return [NPY, CSV] if is_numbers else []
+
+
+def described_output(item):
+    whole = described(item)
+    more = [{"description": f"The same as {media}.", "type": "string", "format": "binary",
+             "contentMediaType": media} for media in forms(item["schema"])]
+    return {**whole, "schema": {"oneOf": [whole["schema"], *more]} if more else whole["schema"]}
 
 
 def described_input(item):
@@ -231,6 +247,7 @@ def landing():
             link("/conformance", "conformance", JSON, "Conformance classes"),
             link("/conformance", RELATION + "conformance", JSON, "Conformance classes"),
             link("/processes", RELATION + "processes", JSON, "The processes"),
+            link("/jobs", RELATION + "job-list", JSON, "The jobs"),
         ],
     }
 
@@ -241,188 +258,20 @@ def conformance():
 
 # --- OpenAPI -----------------------------------------------------------------------------------
 
-FAILURES = {
-    "400": "The request or one of its values is wrong; `errors` points to the culprits.",
-    "404": "There is no such resource.",
-    "406": "None of the media types or codings accepted can be served.",
-    "408": "The request did not arrive in time.",
-    "411": "There is no body.",
-    "413": "The body is larger than the limit.",
-    "414": "The address is too long.",
-    "415": "The media type or content coding of the body is unknown.",
-    "422": "The problem is well formed but cannot be solved, or not within the memory of a worker.",
-    "431": "The header is too large.",
-    "500": "The worker failed.",
-    "501": "The transfer coding of the body is unknown.",
-    "503": "No worker is free or memory is short; Retry-After says when to come back.",
-    "504": "The time limit was reached.",
-    "507": "There is no room for the body.",
-}
-OF_EVERY_REQUEST = ("400", "408", "414", "431", "503")
-OF_EXECUTION = ("404", "406", "411", "413", "415", "422", "500", "501", "504", "507")
-ABOUT_PATHS = (
-    " HEAD works wherever GET does; OPTIONS tells the methods of a path. A method that a path does "
-    "not know is answered 405 with Allow, any other path 404. Every failure is a problem document "
-    "(RFC 9457), also readable as application/json."
-)
-
-
-def body(schema, *media):
-    return {name: {"schema": PAGE if name == HTML else schema} for name in media}
-
-
-def answer(text, schema, *media):
-    return {"description": text, "content": body(schema, *media)}
-
-
-def failures(*statuses):
-    return {status: {"$ref": f"#/components/responses/{status}"} for status in statuses}
-
-
-def get(identifier, tag, text, schema, *statuses, media=(JSON,), parameters=()):
-    """A GET operation: its identifier, subject, sentence, schema and failures."""
-    failed = failures(*OF_EVERY_REQUEST, *statuses)
-    operation = {
-        "operationId": identifier,
-        "tags": [tag],
-        "summary": text,
-        "responses": {"200": answer(text, schema, *media), **failed},
-    }
-    if parameters:
-        operation["parameters"] = list(parameters)
-    return {"get": operation, "head": head_of(operation), "options": options(identifier, tag)}
-
-
-def head_of(operation):
-    """HEAD: a GET whose answer has no body."""
-    found = {"description": operation["responses"]["200"]["description"]}
-    return {
-        **operation,
-        "operationId": operation["operationId"] + "Head",
-        "summary": "The header of GET alone.",
-        "responses": {**operation["responses"], "200": found},
-    }
-
-
-def options(identifier, tag):
-    """OPTIONS: the methods of a path, for web pages of other origins."""
-    return {
-        "operationId": identifier + "Options",
-        "tags": [tag],
-        "summary": "The methods of this path.",
-        "responses": {"204": {"description": "Allow names them."}, **failures(*OF_EVERY_REQUEST)},
-    }
-
-
-def parameter_limit():
-    return {
-        "name": "limit",
-        "in": "query",
-        "description": "How many processes to list at most (count); left out: all.",
-        "required": False,
-        "schema": {"type": "integer", "minimum": 1, "maximum": 10000},
-    }
-
-
-def parameter_process():
-    return {
-        "name": "processID",
-        "in": "path",
-        "description": "Name of the process.",
-        "required": True,
-        "schema": {"type": "string", "enum": PROCESSES},
-    }
-
-
-def execution():
-    """The POST operation that runs a process."""
-    requests = {"anyOf": [component(f"{name}-request") for name in PROCESSES]}
-    results = {"anyOf": [component(f"{name}-result") for name in PROCESSES]}
-    failed = failures(*OF_EVERY_REQUEST, *OF_EXECUTION)
-    operation = {
-        "operationId": "execute",
-        "tags": ["execution"],
-        "summary": "Run a process and wait for its results.",
-        "description": "Bodies are JSON or CBOR (typed arrays of RFC 8746) by Content-Type and "
-        "Accept, plain, gzip or zstd by Content-Encoding and Accept-Encoding. `response` raw with "
-        "one output gives its bare value.",
-        "requestBody": {"required": True, "content": body(requests, JSON, CBOR)},
-        "responses": {"200": answer("The results.", results, JSON, CBOR), **failed},
-    }
-    return {"post": operation, "options": options("execute", "execution")}
-
-
-def paths():
-    health = component("health")
-    landed = component("landing")
-    home = get("landing", "service", "Landing page.", landed, "406", media=(JSON, HTML))
-    document = {"description": "This document.", "type": "object"}
-    api = get("api", "service", "This document.", document, "406", media=(OPENAPI, JSON, HTML))
-    one = get(
-        "description",
-        "processes",
-        "One process with its inputs and outputs.",
-        component("process-description"),
-        "404",
-        "406",
-    )
-    every = get(
-        "processes",
-        "processes",
-        "The processes.",
-        component("process-list"),
-        "406",
-        parameters=[parameter_limit()],
-    )
-    conforms = component("conformance")
-    of_process = {"parameters": [parameter_process()]}
-    return {
-        "/": home,
-        "/api": api,
-        "/conformance": get("conformance", "service", "Conformance classes.", conforms, "406"),
-        "/processes": every,
-        "/processes/{processID}": {**of_process, **one},
-        "/processes/{processID}/execution": {**of_process, **execution()},
-        "/healthz": get("health", "state", "Whether the daemon lives.", health),
-        "/readyz": get("ready", "state", "Whether requests are answered.", health),
-    }
-
 
 def components():
+    """The schemas of the OpenAPI document, by name."""
     schemas = {name.removesuffix(".json"): refer(load(name)) for name in schema_names()}
-    for name in PROCESSES:
-        schemas[f"{name}-request"] = refer(request_schema(name))
-        schemas[f"{name}-result"] = refer(result_schema(name))
-    problem = component("problem")
-    responses = {code: answer(text, problem, PROBLEM, JSON) for code, text in FAILURES.items()}
-    responses["503"]["headers"] = {
-        "Retry-After": {"description": "Time to wait (s).", "schema": {"type": "integer"}}
-    }
-    return {"schemas": dict(sorted(schemas.items())), "responses": responses}
-
-
-def openapi(version):
-    return {
-        "openapi": "3.0.3",
-        "info": {
-            "title": TITLE,
-            "description": ABOUT + ABOUT_PATHS,
-            "version": version,
-            "license": {
-                "name": "GPL-2.0-or-later",
-                "url": "https://www.gnu.org/licenses/old-licenses/gpl-2.0.html",
-            },
-        },
-        "servers": [{"url": "{B}"}],
-        "tags": [
-            {"name": "service", "description": "What this service is."},
-            {"name": "processes", "description": "What it can do."},
-            {"name": "execution", "description": "Doing it."},
-            {"name": "state", "description": "How it does."},
-        ],
-        "paths": paths(),
-        "components": components(),
-    }
+    made = {f"{name}-execution": refer(request_schema(name)) for name in PROCESSES}
+    made |= {f"{name}-results": refer(result_schema(name)) for name in PROCESSES}
+    if schemas.keys() & made.keys():
+        raise ValueError(f"files that have the name of a component: {schemas.keys() & made.keys()}")
+    schemas.update(made)
+    config = schemas["um-bridge-config"]
+    inputs = {key: item["schema"] for key, item in process("solve")["inputs"].items()}
+    config["properties"] = {**refer(inputs), **config["properties"]}
+    config["additionalProperties"] = False
+    return schemas
 
 
 # --- Documents ---------------------------------------------------------------------------------
@@ -434,7 +283,7 @@ def documents(version):
         "landing.json": landing(),
         "conformance.json": conformance(),
         "processes.json": process_list(version),
-        "openapi.json": openapi(version),
+        "openapi.json": openapi.document(version, TITLE, ABOUT, components(), PROCESSES),
     }
     for name in PROCESSES:
         found[f"processes/{name}.json"] = description(name, version)

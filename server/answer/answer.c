@@ -55,7 +55,10 @@ static bool render_stored(const ask *a, task *t, const void *bytes, size_t size,
   rendered out = {0};
   result stored;
   const doc *root = doc_from_cbor(bytes, size, &most, &arena, &error);
-  if (!root) (void)sct_fail(&t->error, SCT_E_ARGUMENT, -1, "a stored result: %s", error.text);
+  if (!root) {
+    const sct_status code = error.too_large ? SCT_E_MEMORY : SCT_E_ARGUMENT;
+    (void)sct_fail(&t->error, code, -1, "a stored result: %s", error.text);
+  }
   bool done = root && result_read(t, root, &stored) && render(t, &stored, &wish, &out, &refusal);
   if (done) {
     r->status = out.status;
@@ -78,10 +81,10 @@ static bool out_of_memory(task *t) {
 }
 
 /* A run that cannot fit is refused before it starts; the estimate goes into the reply. */
-static bool fits_into_memory(task *t, const performance *f, reply *r) {
+static bool fits_into_memory(const ask *a, task *t, const performance *f, reply *r) {
   problem p;
   if (!task_is_well(t)) return false;
-  t->memory_estimate = r->memory_bytes = estimate_run(t, f);
+  t->memory_estimate = r->memory_bytes = estimate_run(t, f) + 2 * (int64_t)a->size;
   if (r->memory_bytes <= t->limits->memory_bytes) return true;
   problem_begin(&p, 422,
                 "the run needs about %lld bytes of memory, a worker may have %lld "
@@ -115,7 +118,7 @@ static bool is_plain(const execute *x, media form) {
 
 static bool do_run(const ask *a, task *t, performance *f, reply *r) {
   problem refusal;
-  if (!fits_into_memory(t, f, r)) return false;
+  if (!fits_into_memory(a, t, f, r)) return false;
   execute_refuse_subscriber(t, &f->body, &f->wanted);
   if (!a->calls.keep) execute_refuse_references(t, f->process, &f->body, &f->wanted);
   if (!task_is_well(t)) return false;
@@ -130,14 +133,13 @@ static bool do_run(const ask *a, task *t, performance *f, reply *r) {
 }
 
 static bool do_run_stored(const ask *a, task *t, performance *f, reply *r) {
-  if (!fits_into_memory(t, f, r)) return false;
+  if (!fits_into_memory(a, t, f, r)) return false;
   return pack_emit(a, t, perform_run(t, f, PERFORM_STORED), MEDIA_CBOR, r);
 }
 
 static bool do_check(const ask *a, task *t, performance *f, reply *r) {
   grow_bytes frames = {0};
-  (void)a;
-  if (!fits_into_memory(t, f, r) || !task_is_well(t)) return false;
+  if (!fits_into_memory(a, t, f, r) || !task_is_well(t)) return false;
   if (!grow_room(&frames, 1)) return out_of_memory(t); /* no frames are bytes, too */
   bool done = check_frames(t, f, &frames);
   if (!done) free(frames.data);
@@ -191,7 +193,7 @@ static void answer_data(const ask *a, task *t, reply *r) {
     r->bytes = malloc(kept + 1);
     if (r->bytes && kept) memcpy(r->bytes, plain ? plain : a->body, kept);
     r->size = kept;
-    r->status = 200;
+    if (r->bytes) r->status = 200;
     snprintf(r->type, sizeof r->type, "%s", media_type(a->content));
   }
   free(plain);
@@ -209,14 +211,17 @@ void answer_prepare(void) {
 }
 
 void answer(const ask *a, reply *r) {
-  if (um_bridge_is(a->process)) {
+  if (a->work == IPC_RUN && um_bridge_is(a->process)) {
     um_bridge_answer(a, r);
     return;
   }
   by_href references = {.calls = &a->calls};
   task t = {.limits = a->limits,
             .by_href = &references,
-            .work = {(int)a->limits->threads, a->calls.report, a->calls.context}};
+            .work = {(int)a->limits->threads, a->calls.report, a->calls.context},
+            .checkpoint = a->checkpoint,
+            .checkpoint_size = a->checkpoint_size,
+            .keep_checkpoint = a->calls.checkpoint};
   *r = (reply){.status = 500};
   stopwatch_start(&t.watch);
   report_begin();

@@ -11,7 +11,7 @@
 #include "answer.h"
 #include "read.h"
 
-enum { HREFS_MAX = 256 }; /* different ones of one request */
+enum { HREFS_MAX = 32 }; /* different ones of one request */
 
 typedef struct href_entry href_entry;
 struct href_entry {

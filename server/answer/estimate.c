@@ -2,8 +2,8 @@
 
 #include <math.h>
 
-/* Of a worker that has done nothing. */
-static const double BASE = 16e6;
+/* Of a worker that has done nothing; of the iterative solvers' package. */
+static const int64_t BASE = 19000000, PACKAGE = 30000000;
 
 double estimate_neighbours(int dim, double radius) {
   const int reach = (int)radius;
@@ -20,22 +20,36 @@ double estimate_neighbours(int dim, double radius) {
 }
 
 int64_t estimate_points(int dim, int64_t n, const sct_operator *op) {
+  return (int64_t)((double)n * (250 + 14 * estimate_neighbours(dim, op->radius)));
+}
+
+/* Numbers of the acceleration by point; coordinates, gradients and edges, which grow by halves. */
+int64_t estimate_limited(int dim, int64_t n, const sct_operator *op) {
+  enum { ITERATION = 33 * 8, GRADIENT = 12, EDGES = 30 };
   const double m = estimate_neighbours(dim, op->radius);
-  return (int64_t)((double)n * (300 + 40 * dim + (12 + 8 * (dim + 1)) * m));
+  if (op->upwind != SCT_UPWIND_LIMITED) return 0;
+  return (int64_t)((double)n * (ITERATION + 16 * dim + m * (GRADIENT * (dim + 1) + EDGES)));
 }
 
-int64_t estimate_system(int dim, int64_t n, const sct_operator *op) {
-  const double m = estimate_neighbours(dim, op->radius), points = (double)n;
-  const double growth = dim == 3 ? cbrt(points) : dim == 2 ? log2(points + 2) : 1;
-  return (int64_t)(points * m * (30 + 8 * growth));
+int64_t estimate_matrix(int dim, int64_t n, const sct_operator *op) {
+  return (int64_t)((double)n * (40 + 22 * estimate_neighbours(dim, op->radius)));
 }
 
-/* Per entry the matrix, its scaled copy and the preconditioner's; per row vectors. */
-int64_t estimate_iteration(int dim, int64_t n, const sct_operator *op) {
-  return (int64_t)((double)n * (250 + 32 * estimate_neighbours(dim, op->radius)));
+int64_t estimate_solver(int dim, int64_t n, const sct_operator *op,
+                        const sct_solve_options *options) {
+  const double m = estimate_neighbours(dim, op->radius);
+  if (!sct_solver_iterates(options, n)) return estimate_factors(dim, n, op);
+  return PACKAGE + (int64_t)((double)n * (420 + 8 * m));
+}
+
+/* Bytes per point by dimension; a denser stencil costs less than in proportion. */
+int64_t estimate_factors(int dim, int64_t count, const sct_operator *op) {
+  const double m = estimate_neighbours(dim, op->radius), n = (double)count;
+  const double per_point[] = {0, 200, pow(m, 0.8) * fmax(100, 44 * log2(n + 1) - 300),
+                              pow(m, 0.57) * (720 + 1.12 * pow(n, 2.0 / 3))};
+  return (int64_t)(n * per_point[dim]);
 }
 
 int64_t estimate_run(const task *t, const performance *f) {
-  const double own = f->process->memory ? (double)f->process->memory(t, f->state) : 0;
-  return (int64_t)(BASE + own);
+  return BASE + (f->process->memory && f->state ? f->process->memory(t, f->state) : 0);
 }

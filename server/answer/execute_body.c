@@ -5,6 +5,14 @@
 #include "form.h"
 #include "ipc.h"
 
+/* Is there an input of that name, or, "name=text", one with that text? */
+static bool has(const item *inputs, char *name) {
+  char *text = strchr(name, '=');
+  if (text) *text++ = '\0';
+  const doc *input = item_input(inputs, name).doc;
+  return input && (!text || (input->kind == DOC_TEXT && !strcmp(input->text, text)));
+}
+
 /* Does `list`, names with spaces between, name something that is among the inputs? */
 static bool has_one_of(const item *inputs, const char *list) {
   char name[64];
@@ -13,7 +21,7 @@ static bool has_one_of(const item *inputs, const char *list) {
     if (length >= sizeof name) return false;
     memcpy(name, c, length);
     name[length] = '\0';
-    if (item_input(inputs, name).doc) return true;
+    if (has(inputs, name)) return true;
     c += length;
   }
   return false;

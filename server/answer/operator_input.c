@@ -12,9 +12,9 @@ static const char *const members[] = {
     "upwind", "gamma_scale", "reference_length", "reference_speed", NULL};
 
 /* The scheme and its degree come first: they decide on the defaults. */
-static bool read_scheme(task *t, const item *it, sct_operator *op) {
+static bool read_scheme(task *t, const item *it, sct_scheme otherwise, sct_operator *op) {
   item scheme = item_member(it, "scheme"), degree = item_member(it, "degree");
-  int chosen = SCT_LSMPS;
+  int chosen = (int)otherwise;
   int64_t order = 2;
   bool good = read_choice(t, &scheme, schemes, &chosen);
   good &= read_integer(t, &degree, 2, 4, &order);
@@ -59,10 +59,14 @@ static bool read_sizes(task *t, const item *it, sct_operator *op) {
 }
 
 bool operator_input_read(task *t, const item *it, sct_operator *op) {
+  return operator_input_read_else(t, it, SCT_LSMPS, op);
+}
+
+bool operator_input_read_else(task *t, const item *it, sct_scheme otherwise, sct_operator *op) {
   sct_error error = {0};
   bool good = read_object(t, it, members);
   if (it->doc && it->doc->kind != DOC_OBJECT) return false;
-  good &= read_scheme(t, it, op);
+  good &= read_scheme(t, it, otherwise, op);
   good &= read_choices(t, it, op);
   good &= read_sizes(t, it, op);
   if (!good || sct_operator_check(op, &error) == SCT_OK) return good;

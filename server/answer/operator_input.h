@@ -9,4 +9,7 @@
  * scheme itself lsmps of degree 2. False with complaints. */
 bool operator_input_read(task *t, const item *it, sct_operator *op);
 
+/* The same where another scheme is the one that is left out. */
+bool operator_input_read_else(task *t, const item *it, sct_scheme otherwise, sct_operator *op);
+
 #endif

@@ -3,7 +3,8 @@
 #include <string.h>
 
 static const process *const table[] = {&process_solve, &process_apply, &process_diagnose,
-                                       &process_study, &process_echo,  &process_batch};
+                                       &process_study, &process_flow,  &process_echo,
+                                       &process_batch};
 
 const process *process_at(int k) {
   return k >= 0 && k < (int)(sizeof table / sizeof *table) ? table[k] : NULL;

@@ -21,7 +21,8 @@ typedef enum {
 /* An output, in the order of the result document. */
 typedef struct {
   const char *name;
-  const char *needs; /* one of these inputs, separated by spaces; NULL: always there */
+  const char *needs; /* one of these inputs ("case=step": with that text), separated by spaces;
+                        NULL: always there */
   bool is_object;    /* stands under "value" in a document */
   /* Writes the value: what `run` left in the state, [n] in the client's numbers. */
   void (*write)(emit *e, const task *t, const void *state);
@@ -52,7 +53,7 @@ typedef struct {
 const process *process_find(const char *id);
 const process *process_at(int k);
 
-extern const process process_solve, process_apply, process_diagnose, process_study, process_echo,
-    process_batch;
+extern const process process_solve, process_apply, process_diagnose, process_study, process_flow,
+    process_echo, process_batch;
 
 #endif

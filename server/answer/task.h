@@ -27,6 +27,12 @@ typedef struct {
 
   const struct cloud_input *cloud; /* whose places t->error speaks of; NULL: none so far */
 
+  /* The state that the run goes on from, NULL: from the start; and who keeps one from time to time,
+   * NULL: nobody. */
+  const void *checkpoint;
+  size_t checkpoint_size;
+  bool (*keep_checkpoint)(void *context, const void *bytes, size_t size);
+
   int64_t memory_estimate; /* (bytes) of the run, 0 before it is known */
 
   const char *blame; /* JSON pointer to the input that a failure is the fault of, or NULL */

@@ -24,6 +24,12 @@ typedef struct {
   int64_t recycle; /* requests */
   int64_t queue;   /* requests */
   int64_t connections;
+  int64_t data_bytes; /* of all objects under /data */
+  double data_seconds;
+  char fetch_hosts[PARAM_TEXT];
+  char fetch_private[PARAM_TEXT];
+  int64_t fetch_bytes;
+  double fetch_seconds;
   int64_t connections_per_address;
   int64_t spool_bytes;
   int64_t header_bytes;

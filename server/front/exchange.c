@@ -131,7 +131,7 @@ static void set_reply(exchange *x, int status, const char *type) {
   x->reply.type = x->reply.type_room;
   x->reply.coding = CODING_IDENTITY;
   x->reply.bytes = "";
-  x->reply.size = 0;
+  x->reply.offset = x->reply.size = 0;
   x->reply.source.read = NULL;
 }
 

@@ -13,7 +13,7 @@
 #include "problem.h"
 #include "spool.h"
 
-enum { EXCHANGE_FIELDS = 16, EXCHANGE_BASE = 1100, EXCHANGE_ITEM = 64 };
+enum { EXCHANGE_FIELDS = 16, EXCHANGE_BASE = 1100, EXCHANGE_ITEM = 72 };
 
 /* A reply that comes in pieces of unknown number. */
 typedef struct {
@@ -32,7 +32,8 @@ typedef struct {
   exchange_source source; /* in place of bytes, if it has `read` */
   int fd;                 /* closed once sent */
   const void *bytes;
-  void *owned; /* freed once sent; NULL if `bytes` are borrowed for ever */
+  void *owned;   /* freed once sent; NULL if `bytes` are borrowed for ever */
+  size_t offset; /* in fd, of the first byte that is sent */
   size_t size;
   int fields;
   struct {

@@ -34,7 +34,7 @@ static const char *field(const exchange *x, const char *name, char room[512]) {
 static void check_process(execution *e) {
   const char *id = e->x->item;
   problem p;
-  snprintf(e->ask.process, sizeof e->ask.process, "%s", id);
+  snprintf(e->ask.process, sizeof e->ask.process, "%.63s", id);
   if (site_has_process(id)) return;
   problem_begin_type(&p, PROBLEM_NO_SUCH_PROCESS, 404, "there is no process \"%.100s\"", id);
   exchange_problem(e->x, &p);
@@ -112,6 +112,7 @@ void execute_serve(const service *s, exchange *x) {
   static const pool_calls calls = {done, NULL};
   execution *e = x->task;
   e->ask.size = x->body.size;
+  snprintf(e->ask.base, sizeof e->ask.base, "%s", x->base);
   snprintf(x->process, sizeof x->process, "%s", x->item);
   if (becomes_job(e)) {
     e->submission = submit_new(s, x, &e->prefer, &e->ask);

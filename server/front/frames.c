@@ -1,6 +1,7 @@
 #include "frames.h"
 
 #include <errno.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
@@ -31,11 +32,25 @@ static bool take_uri(reader *r) {
   return read_at(r->fd, r->at, uri, (size_t)r->frame.size) && strlen(uri) == (size_t)r->frame.size;
 }
 
+/* Where the id of an object under /data stands in an href; NULL if it leads elsewhere. */
+static const char *data_id(const char *href) {
+  static const char folder[] = "/data/";
+  const char *slash = strrchr(href, '/');
+  const size_t before = sizeof folder - 2; /* up to that slash */
+  if (slash == NULL || slash < href + before || strlen(slash + 1) != DATA_ID - 1) return NULL;
+  return strncmp(slash - before, folder, before) == 0 ? slash + 1 : NULL;
+}
+
 static bool take_href(reader *r) {
-  char text[9] = "";
-  const size_t size = r->frame.size < 8 ? (size_t)r->frame.size : 8;
-  if (!read_at(r->fd, r->at, text, size)) return false;
-  r->out->external |= strncasecmp(text, "http://", 7) == 0 || strncasecmp(text, "https://", 8) == 0;
+  char text[IPC_URL] = "";
+  frames *f = r->out;
+  if (r->frame.size >= (int64_t)sizeof text) return false;
+  if (!read_at(r->fd, r->at, text, (size_t)r->frame.size)) return false;
+  f->external |= strncasecmp(text, "http://", 7) == 0 || strncasecmp(text, "https://", 8) == 0;
+  const char *id = data_id(text);
+  if (id == NULL) return true;
+  if (f->pins == JOB_PINS) return false;
+  snprintf(f->pin[f->pins++], DATA_ID, "%s", id);
   return true;
 }
 

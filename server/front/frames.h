@@ -10,7 +10,9 @@
 typedef struct {
   job_part *parts; /* of a batch, offsets into the descriptor */
   int count;
-  bool external; /* it refers to other hosts, whose answer may change */
+  int pins;
+  char pin[JOB_PINS][DATA_ID]; /* ids of the objects under /data it refers to */
+  bool external;               /* it refers to other hosts, whose answer may change */
 } frames;
 
 /* Reads `size` bytes of fd; uri[k] is set for the subscriber's addresses there are. False when they

@@ -13,7 +13,9 @@
 #include <unistd.h>
 
 #include "callback.h"
+#include "data.h"
 #include "events.h"
+#include "fetch.h"
 #include "listener.h"
 #include "log.h"
 #include "metrics.h"
@@ -126,6 +128,14 @@ static void stop_run(void *self) {
   stop_now(self);
 }
 
+/* Objects under /data, and what workers ask for. */
+static bool start_values(front *f) {
+  service *s = &f->service;
+  s->data = data_new(f->loop, f->set, s->store);
+  s->fetches = s->data != NULL ? fetches_new(s) : NULL;
+  return s->fetches != NULL;
+}
+
 static bool start(front *f, fault *why) {
   if (!find_data_dir(f->set, why) || !raise_descriptors(f->set, why)) return false;
   if (!listener_open(&f->listener, f->set->listen, why)) return false;
@@ -141,8 +151,13 @@ static bool start(front *f, fault *why) {
   if (f->service.jobs == NULL) return false;
   f->service.waits = waits_new(f->loop);
   f->service.streams = streams_new(f->loop, f->set);
-  if (f->service.waits == NULL || f->service.streams == NULL)
+  f->service.outbound = outbound_new(f->loop);
+  f->service.callbacks = callbacks_new(f->loop, &f->service);
+  if (f->service.waits == NULL || f->service.streams == NULL || f->service.outbound == NULL ||
+      f->service.callbacks == NULL) {
     return fault_set(why, "out of memory");
+  }
+  if (!start_values(f)) return fault_set(why, "out of memory");
   metrics_begin(&f->service);
   const http_handler handler = route_handler(&f->service);
   f->http = http_new(f->loop, f->set, f->listener.fd, f->listener.host, &handler, why);
@@ -164,6 +179,8 @@ static void end(front *f) {
   http_free(&f->http);
   if (f->service.pool != NULL) pool_stop(f->service.pool);
   callbacks_free(&f->service.callbacks);
+  fetches_free(&f->service.fetches);
+  data_free(&f->service.data);
   outbound_free(&f->service.outbound);
   jobs_free(&f->service.jobs);
   waits_free(&f->service.waits);

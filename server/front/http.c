@@ -139,9 +139,9 @@ static struct MHD_Response *response_of_file(exchange_reply *r) {
   const int fd = r->fd;
   if (r->size > small) {
     r->fd = -1; /* the response closes it */
-    return MHD_create_response_from_fd(r->size, fd);
+    return MHD_create_response_from_fd_at_offset64(r->size, fd, r->offset);
   }
-  if (pread(fd, bytes, r->size, 0) != (ssize_t)r->size) return NULL;
+  if (pread(fd, bytes, r->size, (off_t)r->offset) != (ssize_t)r->size) return NULL;
   return MHD_create_response_from_buffer(r->size, bytes, MHD_RESPMEM_MUST_COPY);
 }
 

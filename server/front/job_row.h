@@ -5,6 +5,7 @@
 
 #include <stdint.h>
 
+#include "data_row.h"
 #include "job_state.h"
 
 enum {
@@ -15,6 +16,7 @@ enum {
   JOB_KEY = 256,
   JOB_DIGEST = 65,
   JOB_URI = 1024,
+  JOB_PINS = 32,
   JOB_BASE = 1100,
 };
 
@@ -49,10 +51,11 @@ typedef struct {
 
 /* What a row begins with and the rest of the daemon need not carry along. */
 typedef struct {
-  char key[JOB_KEY];       /* Idempotency-Key, "" without */
-  char digest[JOB_DIGEST]; /* of the request */
-  char uri[3][JOB_URI];    /* subscriber: success, in progress, failed; "" without */
-  char base[JOB_BASE];     /* of links in what is sent there */
+  char key[JOB_KEY];           /* Idempotency-Key, "" without */
+  char digest[JOB_DIGEST];     /* of the request */
+  char uri[3][JOB_URI];        /* subscriber: success, in progress, failed; "" without */
+  char pin[JOB_PINS][DATA_ID]; /* objects under /data it refers to; "" after the last */
+  char base[JOB_BASE];         /* of links in what is sent there */
 } job_extra;
 
 /* A call to a subscriber that is to be made. */

@@ -28,8 +28,9 @@ struct outbound_call {
   struct curl_slist *fields;
   bool public_only;
   int64_t most, size;
-  int fd; /* what came */
-  char why[CURL_ERROR_SIZE];
+  int fd;                      /* what came */
+  char error[CURL_ERROR_SIZE]; /* what libcurl says; it overwrites it */
+  char why[200];               /* what we say, "" if it was not us */
   char coding[32];
   void (*done)(void *context, const outbound_reply *reply);
   void *context;
@@ -133,7 +134,9 @@ static void reply_of(outbound_call *c, CURLcode code, outbound_reply *reply) {
   *reply = (outbound_reply){.fd = -1};
   if (code != CURLE_OK) {
     snprintf(reply->why, sizeof reply->why, "%.199s",
-             *c->why != '\0' ? c->why : curl_easy_strerror(code));
+             *c->why != '\0'     ? c->why
+             : *c->error != '\0' ? c->error
+                                 : curl_easy_strerror(code));
     return;
   }
   curl_easy_getinfo(c->easy, CURLINFO_RESPONSE_CODE, &status);
@@ -214,24 +217,29 @@ outbound *outbound_new(loop *l) {
   outbound *o = calloc(1, sizeof *o);
   if (o == NULL) return NULL;
   *o = (outbound){.loop = l, .due = INFINITY};
+  loop_add(l, (loop_chore){due, run, o});
+  return o;
+}
+
+/* A daemon that calls nobody needs none of it. */
+static bool open_multi(outbound *o) {
+  if (o->multi != NULL) return true;
   if (curl_global_init(CURL_GLOBAL_DEFAULT) == CURLE_OK) o->multi = curl_multi_init();
-  if (o->multi == NULL) {
-    free(o);
-    return NULL;
-  }
+  if (o->multi == NULL) return false;
   curl_multi_setopt(o->multi, CURLMOPT_SOCKETFUNCTION, on_socket);
   curl_multi_setopt(o->multi, CURLMOPT_SOCKETDATA, o);
   curl_multi_setopt(o->multi, CURLMOPT_TIMERFUNCTION, on_timer);
   curl_multi_setopt(o->multi, CURLMOPT_TIMERDATA, o);
-  loop_add(l, (loop_chore){due, run, o});
-  return o;
+  return true;
 }
 
 void outbound_free(outbound **o) {
   if (*o == NULL) return;
   while ((*o)->first != NULL) free_call((*o)->first);
-  curl_multi_cleanup((*o)->multi);
-  curl_global_cleanup();
+  if ((*o)->multi != NULL) {
+    curl_multi_cleanup((*o)->multi);
+    curl_global_cleanup();
+  }
   free(*o);
   *o = NULL;
 }
@@ -284,7 +292,7 @@ static bool set_up(outbound_call *c, const outbound_request *r) {
   curl_easy_setopt(e, CURLOPT_TIMEOUT_MS, (long)(1e3 * r->seconds));
   curl_easy_setopt(e, CURLOPT_USERAGENT, "scatterd");
   curl_easy_setopt(e, CURLOPT_HTTPHEADER, c->fields);
-  curl_easy_setopt(e, CURLOPT_ERRORBUFFER, c->why);
+  curl_easy_setopt(e, CURLOPT_ERRORBUFFER, c->error);
   curl_easy_setopt(e, CURLOPT_WRITEFUNCTION, take_bytes);
   curl_easy_setopt(e, CURLOPT_WRITEDATA, c);
   curl_easy_setopt(e, CURLOPT_HEADERFUNCTION, take_field);
@@ -302,7 +310,7 @@ static bool set_up(outbound_call *c, const outbound_request *r) {
 outbound_call *outbound_start(outbound *o, const outbound_request *r,
                               void (*done)(void *context, const outbound_reply *reply),
                               void *context) {
-  outbound_call *c = calloc(1, sizeof *c);
+  outbound_call *c = open_multi(o) ? calloc(1, sizeof *c) : NULL;
   if (c == NULL) return NULL;
   *c = (outbound_call){.next = o->first, .at = &o->first, .owner = o, .fd = -1};
   if (c->next != NULL) c->next->at = &c->next;

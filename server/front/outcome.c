@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include "media.h"
+#include "range.h"
 
 /* The bytes are the values of Link fields, one a line. */
 static void reply_links(exchange *x, const pool_outcome *o) {
@@ -26,6 +27,7 @@ static void reply_worker(exchange *x, const limits *most, const pool_outcome *o)
     reply_links(x, o);
   } else {
     exchange_file(x, o->status, type, o->coding, o->fd, o->size);
+    range_apply(x, NULL);
   }
 }
 

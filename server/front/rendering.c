@@ -27,7 +27,9 @@ static void done(void *context, const pool_outcome *o) {
 static bool wish(exchange *x, ipc_ask *ask) {
   char room[512];
   const char *text = http_field(x, "Accept-Encoding", room, sizeof room);
-  if (!coding_choose(text, &ask->accept_coding)) {
+  char part[8];
+  const bool is_part = http_field(x, "Range", part, sizeof part) != NULL;
+  if (!coding_choose(is_part ? NULL : text, &ask->accept_coding)) {
     exchange_refuse(x, 406, "Accept-Encoding: got \"%.100s\", needs gzip, zstd or identity", text);
     return false;
   }

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "bridge.h"
+#include "data_routes.h"
 #include "events.h"
 #include "execute.h"
 #include "field.h"
@@ -114,12 +115,19 @@ static const route table[] = {
     {"POST", "/Gradient", bridge_begin, bridge_serve, bridge_end},
     {"POST", "/ApplyJacobian", bridge_begin, bridge_serve, bridge_end},
     {"POST", "/ApplyHessian", bridge_begin, bridge_serve, bridge_end},
+    {"POST", "/data", data_begin, data_serve, data_end},
+    {"GET", "/data/{}", NULL, data_get, NULL},
+    {"DELETE", "/data/{}", NULL, data_delete, NULL},
     {"GET", "/healthz", NULL, get_healthz, NULL},
     {"GET", "/readyz", NULL, metrics_ready, NULL},
     {"GET", "/metrics", NULL, metrics_serve, NULL},
 };
 
 enum { ROWS = sizeof table / sizeof *table };
+
+void route_print(FILE *out) {
+  for (int k = 0; k < ROWS; k++) fprintf(out, "%s %s\n", table[k].method, table[k].path);
+}
 
 /* Does `path` fit `pattern`? Then item[k] is what the k-th {} stands for, "" without one. */
 static bool fits(const char *pattern, const char *path, char item[2][EXCHANGE_ITEM]) {

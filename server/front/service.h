@@ -17,6 +17,8 @@ typedef struct service {
   struct streams *streams;     /* events.h */
   struct outbound *outbound;   /* outbound.h */
   struct callbacks *callbacks; /* callback.h */
+  struct data_store *data;     /* data.h */
+  struct fetches *fetches;     /* fetch.h */
 } service;
 
 #endif

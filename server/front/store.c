@@ -65,8 +65,15 @@ static const char schema[] =
     "CREATE INDEX jobs_digest ON jobs(digest) WHERE digest <> '';"
     "CREATE TABLE calls(number INTEGER PRIMARY KEY AUTOINCREMENT, job INTEGER, kind INTEGER, "
     "attempts INTEGER, due REAL);"
+    "CREATE TABLE small(job INTEGER, kind INTEGER, bytes BLOB, PRIMARY KEY(job, kind)) "
+    "WITHOUT ROWID;"
     "CREATE TABLE log(job INTEGER, time REAL, text TEXT);"
-    "CREATE INDEX log_job ON log(job);";
+    "CREATE INDEX log_job ON log(job);"
+    "CREATE TABLE data(id TEXT PRIMARY KEY, type TEXT, size INTEGER, created REAL, expires REAL);"
+    "CREATE INDEX data_expires ON data(expires);"
+    "CREATE TABLE pins(data TEXT, job INTEGER);"
+    "CREATE INDEX pins_data ON pins(data);"
+    "CREATE INDEX pins_job ON pins(job);";
 
 typedef enum {
   BEGIN,
@@ -96,8 +103,22 @@ typedef enum {
   UPDATE_CALL,
   REMOVE_CALL,
   REMOVE_CALLS,
+  ADD_SMALL,
+  SMALL,
+  DROP_SMALL,
+  REMOVE_SMALL,
   LOG,
   READ_LOG,
+  ADD_DATA,
+  DATA,
+  DATA_BYTES,
+  RENEW_DATA,
+  DATA_PINNED,
+  DATA_EXPIRED,
+  DATA_FIRST_EXPIRY,
+  REMOVE_DATA,
+  PIN,
+  UNPIN,
   STATEMENTS
 } statement;
 
@@ -149,16 +170,35 @@ static const char *const statements[STATEMENTS] = {
     [UPDATE_CALL] = "UPDATE calls SET attempts = :attempts, due = :due WHERE number = :number",
     [REMOVE_CALL] = "DELETE FROM calls WHERE number = :number",
     [REMOVE_CALLS] = "DELETE FROM calls WHERE job = :number",
+    [ADD_SMALL] = "INSERT OR REPLACE INTO small(job, kind, bytes) VALUES(:number, :kind, :bytes)",
+    [SMALL] = "SELECT bytes FROM small WHERE job = :number AND kind = :kind",
+    [DROP_SMALL] = "DELETE FROM small WHERE job = :number AND (kind = :kind OR :kind < 0)",
+    [REMOVE_SMALL] =
+        "DELETE FROM small WHERE job = :number OR job IN "
+        "(SELECT number FROM jobs WHERE parent = :number AND parent > 0)",
     [LOG] = "INSERT INTO log VALUES(:number, :time, :text)",
     [READ_LOG] =
         "SELECT time, text FROM (SELECT rowid, time, text FROM log WHERE job = :number "
         "ORDER BY rowid DESC LIMIT :limit) ORDER BY rowid",
+    [ADD_DATA] = "INSERT INTO data VALUES(:id, :type, :size, :created, :expires)",
+    [DATA] = "SELECT type, size, created, expires FROM data WHERE id = :id",
+    [DATA_BYTES] = "SELECT total(size) FROM data",
+    [RENEW_DATA] = "UPDATE data SET expires = max(expires, :expires) WHERE id = :id",
+    [DATA_PINNED] =
+        "SELECT 1 FROM pins JOIN jobs ON number = job WHERE data = :id AND state <= 1 LIMIT 1",
+    [DATA_EXPIRED] =
+        "SELECT id FROM data WHERE expires <= :now AND NOT EXISTS(SELECT 1 FROM pins JOIN "
+        "jobs ON number = job WHERE data = data.id AND state <= 1) LIMIT 1",
+    [DATA_FIRST_EXPIRY] = "SELECT min(expires) FROM data",
+    [REMOVE_DATA] = "DELETE FROM data WHERE id = :id",
+    [PIN] = "INSERT INTO pins VALUES(:id, :number)",
+    [UNPIN] = "DELETE FROM pins WHERE job = :number",
 };
 
 struct store {
   sqlite3 *db;
   sqlite3_stmt *statement[STATEMENTS];
-  int directory, files, lock;
+  int directory, files, data, lock;
 };
 
 /* ---- SQL from the tables ---- */
@@ -244,49 +284,62 @@ static void bind_real(store *s, statement k, const char *name, double value) {
   sqlite3_bind_double(s->statement[k], place(s, k, name), value);
 }
 
-static void bind_row(sqlite3_stmt *to, const job_row *row) {
-  for (int c = 0; c < COLUMNS; c++) {
-    const void *at = (const char *)row + columns[c].offset;
-    switch (columns[c].kind) {
-      case TEXT:
-        sqlite3_bind_text(to, c + 1, at, -1, SQLITE_STATIC);
-        break;
-      case INT:
-        sqlite3_bind_int(to, c + 1, *(const int *)at);
-        break;
-      case LONG:
-        sqlite3_bind_int64(to, c + 1, *(const int64_t *)at);
-        break;
-      case REAL:
-        sqlite3_bind_double(to, c + 1, *(const double *)at);
-        break;
-    }
-  }
+/* ---- Columns: one writer and one reader per kind ---- */
+
+static void put_text(sqlite3_stmt *to, int place_of, const void *at) {
+  sqlite3_bind_text(to, place_of, at, -1, SQLITE_STATIC);
 }
 
-static void get_text(sqlite3_stmt *from, int c, char *room, size_t size) {
+static void put_int(sqlite3_stmt *to, int place_of, const void *at) {
+  sqlite3_bind_int(to, place_of, *(const int *)at);
+}
+
+static void put_long(sqlite3_stmt *to, int place_of, const void *at) {
+  sqlite3_bind_int64(to, place_of, *(const int64_t *)at);
+}
+
+static void put_real(sqlite3_stmt *to, int place_of, const void *at) {
+  sqlite3_bind_double(to, place_of, *(const double *)at);
+}
+
+static void get_text(sqlite3_stmt *from, int c, void *room, size_t size) {
   const unsigned char *text = sqlite3_column_text(from, c);
   snprintf(room, size, "%s", text != NULL ? (const char *)text : "");
+}
+
+static void get_int(sqlite3_stmt *from, int c, void *room, size_t size) {
+  (void)size;
+  *(int *)room = sqlite3_column_int(from, c);
+}
+
+static void get_long(sqlite3_stmt *from, int c, void *room, size_t size) {
+  (void)size;
+  *(int64_t *)room = sqlite3_column_int64(from, c);
+}
+
+static void get_real(sqlite3_stmt *from, int c, void *room, size_t size) {
+  (void)size;
+  *(double *)room = sqlite3_column_double(from, c);
+}
+
+static const struct {
+  void (*put)(sqlite3_stmt *to, int place_of, const void *at);
+  void (*get)(sqlite3_stmt *from, int c, void *room, size_t size);
+} kinds[] = {[TEXT] = {put_text, get_text},
+             [INT] = {put_int, get_int},
+             [LONG] = {put_long, get_long},
+             [REAL] = {put_real, get_real}};
+
+static void bind_row(sqlite3_stmt *to, const job_row *row) {
+  for (int c = 0; c < COLUMNS; c++) {
+    kinds[columns[c].kind].put(to, c + 1, (const char *)row + columns[c].offset);
+  }
 }
 
 static void get_row(sqlite3_stmt *from, job_row *row) {
   *row = (job_row){.number = sqlite3_column_int64(from, COLUMNS)};
   for (int c = 0; c < COLUMNS; c++) {
-    void *at = (char *)row + columns[c].offset;
-    switch (columns[c].kind) {
-      case TEXT:
-        get_text(from, c, at, columns[c].size);
-        break;
-      case INT:
-        *(int *)at = sqlite3_column_int(from, c);
-        break;
-      case LONG:
-        *(int64_t *)at = sqlite3_column_int64(from, c);
-        break;
-      case REAL:
-        *(double *)at = sqlite3_column_double(from, c);
-        break;
-    }
+    kinds[columns[c].kind].get(from, c, (char *)row + columns[c].offset, columns[c].size);
   }
 }
 
@@ -322,13 +375,17 @@ static bool lock_directory(store *s, const char *path, fault *why) {
   return fault_set(why, "data-dir: another daemon uses %.200s", path);
 }
 
-static bool open_files(store *s, fault *why) {
-  if (mkdirat(s->directory, "jobs", 0700) != 0 && errno != EEXIST) {
-    return fault_set(why, "data-dir: cannot make jobs: %s", strerror(errno));
+static bool open_folder(store *s, const char *name, int *folder, fault *why) {
+  if (mkdirat(s->directory, name, 0700) != 0 && errno != EEXIST) {
+    return fault_set(why, "data-dir: cannot make %s: %s", name, strerror(errno));
   }
-  s->files = openat(s->directory, "jobs", O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (s->files >= 0 && fsync(s->directory) == 0) return true;
-  return fault_set(why, "data-dir: cannot open jobs: %s", strerror(errno));
+  *folder = openat(s->directory, name, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (*folder >= 0 && fsync(s->directory) == 0) return true;
+  return fault_set(why, "data-dir: cannot open %s: %s", name, strerror(errno));
+}
+
+static bool open_files(store *s, fault *why) {
+  return open_folder(s, "jobs", &s->files, why) && open_folder(s, "data", &s->data, why);
 }
 
 static int version_of(sqlite3 *db) {
@@ -389,7 +446,7 @@ store *store_open(const char *directory, fault *why) {
     fault_set(why, "out of memory");
     return NULL;
   }
-  s->directory = s->files = s->lock = -1;
+  s->directory = s->files = s->data = s->lock = -1;
   if (!lock_directory(s, directory, why) || !open_files(s, why) ||
       !open_tables(s, directory, why)) {
     store_close(&s);
@@ -402,6 +459,7 @@ void store_close(store **s) {
   for (int k = 0; k < STATEMENTS; k++) sqlite3_finalize((*s)->statement[k]);
   sqlite3_close((*s)->db);
   if ((*s)->files >= 0) close((*s)->files);
+  if ((*s)->data >= 0) close((*s)->data);
   if ((*s)->lock >= 0) close((*s)->lock);
   if ((*s)->directory >= 0) close((*s)->directory);
   free(*s);
@@ -434,8 +492,13 @@ store_result store_add(store *s, job_row *row, const job_extra *extra) {
   bind_text(s, ADD, ":digest", extra->digest);
   bind_text(s, ADD, ":base", extra->base);
   for (int k = 0; k < 3; k++) bind_text(s, ADD, uris[k], extra->uri[k]);
-  const store_result result = run(s, ADD);
+  store_result result = run(s, ADD);
   if (result == STORE_OK) row->number = sqlite3_last_insert_rowid(s->db);
+  for (int k = 0; k < JOB_PINS && *extra->pin[k] != '\0' && result == STORE_OK; k++) {
+    bind_text(s, PIN, ":id", extra->pin[k]);
+    bind_long(s, PIN, ":number", row->number);
+    result = run(s, PIN);
+  }
   return result;
 }
 
@@ -472,17 +535,22 @@ store_result store_next_ended(store *s, int64_t parent, double after, job_row *r
   return fetch(s, NEXT_ENDED, row);
 }
 
-void *store_problem(store *s, int64_t number, size_t *size) {
-  void *copy = NULL;
-  bind_long(s, PROBLEM, ":number", number);
-  if (step(s, PROBLEM) == STORE_OK) {
-    const void *bytes = sqlite3_column_blob(s->statement[PROBLEM], 0);
-    *size = (size_t)sqlite3_column_bytes(s->statement[PROBLEM], 0);
-    if (bytes != NULL) copy = malloc(*size);
-    if (copy != NULL) memcpy(copy, bytes, *size);
+/* The blob of the row a bound statement gives, malloc'ed; never NULL for one of no bytes. */
+static void *fetch_blob(store *s, statement k, size_t *size) {
+  char *copy = NULL;
+  if (step(s, k) == STORE_OK && sqlite3_column_type(s->statement[k], 0) == SQLITE_BLOB) {
+    const void *bytes = sqlite3_column_blob(s->statement[k], 0);
+    *size = (size_t)sqlite3_column_bytes(s->statement[k], 0);
+    copy = malloc(*size + 1);
+    if (copy != NULL && *size > 0) memcpy(copy, bytes, *size);
   }
-  reset(s, PROBLEM);
+  reset(s, k);
   return copy;
+}
+
+void *store_problem(store *s, int64_t number, size_t *size) {
+  bind_long(s, PROBLEM, ":number", number);
+  return fetch_blob(s, PROBLEM, size);
 }
 
 store_result store_extra(store *s, int64_t number, job_extra *extra) {
@@ -518,13 +586,17 @@ store_result store_by_digest(store *s, const char *digest, double until, job_row
 }
 
 store_result store_remove(store *s, int64_t number) {
+  bind_long(s, REMOVE_SMALL, ":number", number);
+  store_result result = run(s, REMOVE_SMALL);
   bind_long(s, REMOVE, ":number", number);
-  const store_result result = run(s, REMOVE);
+  if (result == STORE_OK) result = run(s, REMOVE);
   if (result != STORE_OK) return result;
   bind_long(s, REMOVE_LOG, ":number", number);
   bind_long(s, REMOVE_CALLS, ":number", number);
+  bind_long(s, UNPIN, ":number", number);
   const store_result calls = run(s, REMOVE_CALLS), lines = run(s, REMOVE_LOG);
-  return calls != STORE_OK ? calls : lines;
+  const store_result pins = run(s, UNPIN);
+  return calls != STORE_OK ? calls : lines != STORE_OK ? lines : pins;
 }
 
 store_result store_part_states(store *s, int64_t parent, int64_t count[JOB_STATES]) {
@@ -610,6 +682,28 @@ store_result store_remove_call(store *s, int64_t number) {
   return run(s, REMOVE_CALL);
 }
 
+/* ---- Small bytes of jobs ---- */
+
+store_result store_add_small(store *s, int64_t job, int which, const void *bytes, size_t size) {
+  sqlite3_stmt *to = s->statement[ADD_SMALL];
+  bind_long(s, ADD_SMALL, ":number", job);
+  bind_long(s, ADD_SMALL, ":kind", which);
+  sqlite3_bind_blob64(to, place(s, ADD_SMALL, ":bytes"), bytes, size, SQLITE_STATIC);
+  return run(s, ADD_SMALL);
+}
+
+void *store_small(store *s, int64_t job, int which, size_t *size) {
+  bind_long(s, SMALL, ":number", job);
+  bind_long(s, SMALL, ":kind", which);
+  return fetch_blob(s, SMALL, size);
+}
+
+store_result store_drop_small(store *s, int64_t job, int which) {
+  bind_long(s, DROP_SMALL, ":number", job);
+  bind_long(s, DROP_SMALL, ":kind", which);
+  return run(s, DROP_SMALL);
+}
+
 /* ---- Log of a job ---- */
 
 store_result store_log(store *s, int64_t number, double time, const char *text) {
@@ -630,4 +724,77 @@ store_result store_read_log(store *s, int64_t number, int most, store_line *visi
   }
   reset(s, READ_LOG);
   return result == STORE_NONE ? STORE_OK : result;
+}
+
+/* ---- Data ---- */
+
+int store_data_files(const store *s) {
+  return s->data;
+}
+
+store_result store_data_add(store *s, const data_row *row) {
+  bind_text(s, ADD_DATA, ":id", row->id);
+  bind_text(s, ADD_DATA, ":type", row->type);
+  bind_long(s, ADD_DATA, ":size", row->size);
+  bind_real(s, ADD_DATA, ":created", row->created);
+  bind_real(s, ADD_DATA, ":expires", row->expires);
+  return run(s, ADD_DATA);
+}
+
+store_result store_data(store *s, const char *id, data_row *row) {
+  *row = (data_row){0};
+  snprintf(row->id, sizeof row->id, "%s", id);
+  bind_text(s, DATA, ":id", id);
+  const store_result result = step(s, DATA);
+  if (result == STORE_OK) {
+    sqlite3_stmt *from = s->statement[DATA];
+    get_text(from, 0, row->type, sizeof row->type);
+    row->size = sqlite3_column_int64(from, 1);
+    row->created = sqlite3_column_double(from, 2);
+    row->expires = sqlite3_column_double(from, 3);
+  }
+  reset(s, DATA);
+  return result;
+}
+
+/* The one number that a bound statement gives; `otherwise` if it gives none. */
+static double number_of(store *s, statement k, double otherwise) {
+  double value = otherwise;
+  if (step(s, k) == STORE_OK && sqlite3_column_type(s->statement[k], 0) != SQLITE_NULL) {
+    value = sqlite3_column_double(s->statement[k], 0);
+  }
+  reset(s, k);
+  return value;
+}
+
+int64_t store_data_bytes(store *s) {
+  return (int64_t)number_of(s, DATA_BYTES, 0);
+}
+
+store_result store_data_renew(store *s, const char *id, double expires) {
+  bind_text(s, RENEW_DATA, ":id", id);
+  bind_real(s, RENEW_DATA, ":expires", expires);
+  return run(s, RENEW_DATA);
+}
+
+bool store_data_is_pinned(store *s, const char *id) {
+  bind_text(s, DATA_PINNED, ":id", id);
+  return number_of(s, DATA_PINNED, 0) > 0;
+}
+
+store_result store_data_expired(store *s, double now, char id[DATA_ID]) {
+  bind_real(s, DATA_EXPIRED, ":now", now);
+  const store_result result = step(s, DATA_EXPIRED);
+  if (result == STORE_OK) get_text(s->statement[DATA_EXPIRED], 0, id, DATA_ID);
+  reset(s, DATA_EXPIRED);
+  return result;
+}
+
+double store_data_first_expiry(store *s) {
+  return number_of(s, DATA_FIRST_EXPIRY, INFINITY);
+}
+
+store_result store_data_remove(store *s, const char *id) {
+  bind_text(s, REMOVE_DATA, ":id", id);
+  return run(s, REMOVE_DATA);
 }

@@ -11,6 +11,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "data_row.h"
 #include "fault.h"
 #include "job_row.h"
 
@@ -112,6 +113,16 @@ store_result store_calls(store *s, int most, store_call *visit, void *context);
 store_result store_update_call(store *s, const job_call *call);
 store_result store_remove_call(store *s, int64_t number);
 
+/* ---- Small bytes of jobs, by number and kind (`which`) ---- */
+
+store_result store_add_small(store *s, int64_t job, int which, const void *bytes, size_t size);
+
+/* malloc'ed; NULL if there are none. */
+void *store_small(store *s, int64_t job, int which, size_t *size);
+
+/* Forgets those of one kind, -1: all. */
+store_result store_drop_small(store *s, int64_t job, int which);
+
 /* ---- Log of a job ---- */
 
 store_result store_log(store *s, int64_t number, double time, const char *text);
@@ -119,5 +130,28 @@ store_result store_log(store *s, int64_t number, double time, const char *text);
 /* Its last lines in order of time, at most `most`. */
 typedef void store_line(void *context, double time, const char *text);
 store_result store_read_log(store *s, int64_t number, int most, store_line *visit, void *context);
+
+/* ---- Data ---- */
+
+/* Directory descriptor of the files of data, each called by its id. */
+int store_data_files(const store *s);
+
+store_result store_data_add(store *s, const data_row *row);
+store_result store_data(store *s, const char *id, data_row *row);
+
+/* Sum of all sizes. */
+int64_t store_data_bytes(store *s);
+
+/* It stays at least until `expires`. */
+store_result store_data_renew(store *s, const char *id, double expires);
+
+/* Is a job waiting or running that refers to it? */
+bool store_data_is_pinned(store *s, const char *id);
+
+/* One whose time is over and that no such job needs; the earliest time, INFINITY without any. */
+store_result store_data_expired(store *s, double now, char id[DATA_ID]);
+double store_data_first_expiry(store *s);
+
+store_result store_data_remove(store *s, const char *id);
 
 #endif

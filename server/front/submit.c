@@ -231,7 +231,9 @@ static store_result place(submission *b, const frames *f, const pool_outcome *o)
 static bool accept_frames(submission *b, const pool_outcome *o) {
   frames f;
   bool good = false;
-  if (!frames_read(o->fd, o->size, &f, b->extra.uri)) {
+  const bool is_read = frames_read(o->fd, o->size, &f, b->extra.uri);
+  memcpy(b->extra.pin, f.pin, sizeof f.pin);
+  if (!is_read) {
     exchange_refuse(b->x, 500, "the worker's check cannot be read");
   } else if (check_key(b) && fits(b, &f, o->memory_bytes) &&
              callback_allows(b->service, b->x, &b->extra)) {

@@ -3,6 +3,7 @@
  * A case is data (study_case.h). Each of its rows is one or more ordinary requests of `solve` or
  * `apply`, handed out as output `requests`; what they find is put together here, and nothing else
  * is computed. */
+#include "estimate.h"
 #include "process.h"
 #include "report.h"
 #include "study_paper.h"
@@ -14,6 +15,7 @@ typedef struct {
   study_input in;
   study_row *row; /* [in.rows] */
   bool *used;     /* [columns] of the case */
+  int64_t memory; /* estimated, of the largest run (bytes) */
 } study;
 
 /* The request of every row is made and read, so that what is wrong is found before any runs. */
@@ -23,9 +25,17 @@ static void read_study(task *t, const item *in, void *state) {
   for (int64_t k = 0; k < s->in.rows && !t->error.code && t->complaints.count < PROBLEM_ERRORS_MAX;
        k++) {
     study_run run;
-    (void)study_run_open(t, &s->in, k, 0, 1, &run);
+    if (study_run_open(t, &s->in, k, 0, 1, &run)) {
+      const int64_t memory = estimate_run(&run.own, &run.work);
+      if (memory > s->memory) s->memory = memory;
+    }
     study_run_close(&run);
   }
+}
+
+static int64_t memory_of_study(const task *t, const void *state) {
+  (void)t;
+  return ((const study *)state)->memory;
 }
 
 /* Keeps the request of a run for the output `requests`. */
@@ -110,6 +120,7 @@ const process process_study = {
     .inputs = study_inputs,
     .state_size = sizeof(study),
     .read = read_study,
+    .memory = memory_of_study,
     .run = run_study,
     .clear = clear_study,
     .outputs = {{"table", NULL, false, write_table},

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "member.h"
+#include "study_compare.h"
 
 /* What a case takes */
 
@@ -102,10 +103,18 @@ static doc *members_of(study_run *r, const doc *result) {
   for (const doc *rule = (rules ? rules : &nothing)->child; rule; rule = rule->next) {
     if (!add_member(r, members, take(r, result, rule))) return NULL;
   }
-  return take_sections(r, result, members) ? members : NULL;
+  if (!take_sections(r, result, members) || !study_compare(r, result, members)) return NULL;
+  return members;
 }
 
 /* The row */
+
+/* Points of the run's cloud, or particles of its end. */
+static int64_t points_of(const study_run *r, const doc *result) {
+  const doc *particles = study_run_value(result, "/particles");
+  if (r->own.cloud) return r->own.cloud->cloud.n;
+  return particles && particles->kind == DOC_NUMBERS ? particles->shape[0] : 0;
+}
 
 bool study_row_add(task *t, study_run *r, const doc *result, study_row *row) {
   const doc *members = members_of(r, result);
@@ -118,7 +127,7 @@ bool study_row_add(task *t, study_run *r, const doc *result, study_row *row) {
     doc_mean(row->members, members, row->runs);
   } else {
     row->members = doc_mean_begin(t, members);
-    row->points = r->own.cloud->cloud.n;
+    row->points = points_of(r, result);
   }
   row->seconds += (stopwatch_total(&r->own.watch) - row->seconds) / (double)row->runs;
   return row->members;

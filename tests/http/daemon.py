@@ -26,7 +26,7 @@ import time
 import unittest
 
 EXECUTE = "/processes/solve/execution"
-STORE = {"lock", "jobs", "jobs.db", "jobs.db-wal"}  # what a data directory always holds
+STORE = {"lock", "jobs", "jobs.db", "jobs.db-wal", "data"}  # what a data directory always holds
 PATIENCE = 30  # seconds that anything may take on a busy machine
 
 

@@ -9,6 +9,7 @@ import sys
 import tempfile
 import threading
 import unittest
+import urllib.request
 
 import numpy
 
@@ -27,6 +28,62 @@ def setUpModule():
     unittest.addModuleCleanup(daemon.stop)
     daemon.wait_ready()
     url = f"http://{daemon.address}"
+
+
+class Files(unittest.TestCase):
+    """What the client saves is, byte for byte, what the service sends."""
+
+    ENDINGS = {".vtp": "application/vnd.vtk.vtp+xml", ".csv": "text/csv"}
+
+    def served(self, process, inputs, outputs, media):
+        body = json.dumps({"inputs": inputs, "outputs": {name: {} for name in outputs}})
+        request = urllib.request.Request(
+            f"{url}/processes/{process}/execution", body.encode(),
+            {"Content-Type": "application/json", "Accept": media})
+        with urllib.request.urlopen(request) as reply:
+            return reply.read()
+
+    def table(self, data):
+        rows = data.decode().splitlines()
+        return rows[0], [[float(x) for x in row.split(",")] for row in rows[1:]]
+
+    def test_saved_is_served(self):
+        with scatterd.Client(url) as client, tempfile.TemporaryDirectory() as folder:
+            diagnosis = client.diagnose(SQUARE)
+            names = [name for name in diagnosis if name not in ("summary", "report")]
+            for ending, media in self.ENDINGS.items():
+                file = pathlib.Path(folder) / ("saved" + ending)
+                diagnosis.save(str(file))
+                served = self.served("diagnose", {"cloud": SQUARE}, names, media)
+                if ending == ".csv":
+                    self.assertEqual(self.table(file.read_bytes()), self.table(served))
+                else:
+                    mark = b'encoding="raw">\n_'
+                    self.assertEqual(file.read_bytes().split(mark, 1)[1],
+                                     served.split(mark, 1)[1])
+
+    def test_arrays(self):
+        with scatterd.Client(url) as client, tempfile.TemporaryDirectory() as folder:
+            result = client.apply(SQUARE, "x")
+            result.save(folder + "/all.npz")
+            result.save(folder + "/one.npy", "gradient")
+            result.save(folder + "/all.json")
+            numpy.testing.assert_array_equal(numpy.load(folder + "/one.npy"), result.gradient)
+            numpy.testing.assert_array_equal(numpy.load(folder + "/all.npz")["value"], result.value)
+            with open(folder + "/all.json", encoding="utf-8") as file:
+                self.assertEqual(json.load(file)["gradient"], result.gradient.tolist())
+            for name, output in (("/x.npy", None), ("/x.txt", None), ("/x.csv", "nothing")):
+                with self.assertRaises(ValueError):
+                    result.save(folder + name, output)
+
+    def test_uploaded(self):
+        points = numpy.random.default_rng(7).random((40, 2))
+        with scatterd.Client(url) as client:
+            direct = client.apply(scatterd.cloud(points), "x*y")
+            for value in (points, numpy.asfortranarray(points), scatterd.cloud(points)):
+                there = client.upload(value)
+                again = client.apply(there, "x*y")
+                numpy.testing.assert_array_equal(again.gradient, direct.gradient)
 
 
 class Formats(unittest.TestCase):
@@ -139,7 +196,7 @@ class Service(unittest.TestCase):
     def test_processes_are_listed_and_described(self):
         with scatterd.Client(url) as client:
             names = [process["id"] for process in client.processes()]
-            self.assertEqual(names, ["solve", "apply", "diagnose", "study", "echo"])
+            self.assertEqual(names, ["solve", "apply", "diagnose", "study", "echo", "batch"])
             self.assertIn("cloud", client.process("solve")["inputs"])
 
     def test_unix_sockets_serve_as_well(self):

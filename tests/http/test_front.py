@@ -33,7 +33,8 @@ class Documents(daemon.Case):
     def test_landing_page_for_a_browser(self):
         reply = self.get("/", Accept="text/html,application/xhtml+xml,*/*;q=0.8")
         self.assertEqual(reply.type, "text/html; charset=utf-8")
-        self.assertIn(f"http://{self.daemon.address}/processes".encode(), reply.body)
+        # the dashboard, or without Node at build time the plain page
+        self.assertRegex(reply.body, b'href="[^"]*(api|/processes)"')
 
     def test_api_for_reading(self):
         self.assertEqual(self.get("/api", Accept="application/json").type, "application/json")

@@ -21,14 +21,16 @@ from scatterd import Client, ScatterdError  # noqa: E402
 HUANG = json.loads((HERE.parent / "reference" / "h11-tables.json").read_text())
 HWANG = json.loads((HERE.parent / "reference" / "h16.json").read_text())
 SEED = int(os.environ.get("STUDY_SEED") or random.randrange(10**9))
+SEEDS = [random.Random(SEED + k).randrange(10**9) for k in range(3)]  # first seeds of clouds
 CLOUDS = 10  # the bands are those of means over so many
 CASES = ("laplace smooth gartland smith-hutton skew three-point sine-1d sine-2d sine-3d "
-         "diffusion-1d diffusion-2d diffusion-3d").split()
+         "diffusion-1d diffusion-2d diffusion-3d cavity step").split()
+SHORT = {"cavity": {"end": 2}, "step": {"end": 2, "downstream": 4}}
 SMALL = {"laplace": 4, "smith-hutton": 10, "three-point": 2, "skew": 10}
 
 
 def setUpModule():
-    print(f"STUDY_SEED={SEED}", file=sys.stderr)
+    print(f"STUDY_SEED={SEED}, clouds from {SEEDS}", file=sys.stderr)
 
 
 def without_seconds(table):
@@ -59,7 +61,7 @@ class Cases(Study):
         return self.client.study(case, [SMALL.get(case, 8)], parameters=self.few(case))
 
     def few(self, case):
-        return {} if case == "three-point" else {"seeds": 2, "seed": SEED}
+        return {} if case == "three-point" else {"seeds": 2, "seed": SEED, **SHORT.get(case, {})}
 
     def test_every_case_runs_and_is_deterministic(self):
         for case in CASES:
@@ -73,10 +75,11 @@ class Cases(Study):
     def test_a_row_is_what_its_request_answers(self):
         for case in CASES:
             with self.subTest(case):
-                few = {} if case == "three-point" else {"seeds": 1, "seed": SEED}
+                few = {**self.few(case), "seeds": 1} if case != "three-point" else {}
                 study = self.client.study(case, [SMALL.get(case, 8)], parameters=few)
                 request = study.requests[0]
                 process = "apply" if "field" in request["inputs"] else "solve"
+                process = "flow" if case in SHORT else process
                 result = self.client.post(process, request)
                 row = study.table[0]
                 if "cell_reynolds" in row:
@@ -126,9 +129,66 @@ class Cases(Study):
         self.assertIn("row 1 of 1", caught.exception.detail)
 
 
+# Last digits of the paper that cannot be had (tests/verify/verify_huang2011.c): by what was printed.
+LAST_DIGITS = {4.352e-4, 7.828e-3, 6.263e-3, 5.788e-3}
+
+
+class Flows(Study):
+    """Cavity and step beside their references; the long runs: tests/bench/flow.py."""
+
+    def test_cavity_of_20_cells(self):
+        table = self.client.study("cavity", [20], outputs=["table"]).table
+        row = table[0]
+        self.assertAlmostEqual(row.circulation / row.reference.circulation, 1, delta=0.025)
+        self.assertLess(max(row.rms_u, row.rms_v), 5e-3)
+        self.assertLess(max(row.ghia_u, row.ghia_v), 7e-3)
+        self.assertLess(row.rms_circulation, 3e-3)
+        self.assertEqual((row.points, row.steps), (400, 1600))
+
+    def test_other_reynolds_numbers_have_other_references(self):
+        parameters = {"reynolds": [400, 1000, 300], "end": 1}
+        table = self.client.study("cavity", [8], parameters=parameters, outputs=["table"]).table
+        self.assertEqual(table[0].reference.circulation, 0.113909)
+        self.assertEqual(table[1].reference.circulation, 0.117929)
+        self.assertNotIn("reference", table[2])
+        self.assertNotIn("rms_u", table[0])
+        self.assertIn("ghia_u", table[0])
+
+    def test_a_coarse_step(self):
+        parameters = {"clustering": [0, 0.3], "end": 12, "downstream": 6}
+        for row in self.client.study("step", [6], parameters=parameters, outputs=["table"]).table:
+            self.assertTrue(2.4 < row.reattachment < 3.2, row.reattachment)
+            self.assertLess(row.rms, 0.06)
+
+
+class Defaults(Study):
+    """The operator that is left out is the one that the description says."""
+
+    INPUTS = {"cloud": {"lattice": {"lower": [0, 0], "upper": [1, 1], "cells": [9, 9],
+                                    "jitter": 0.4}},
+              "diffusivity": 1, "velocity": [3, 1], "source": 1,
+              "boundary": [{"on": "boundary", "type": "dirichlet", "value": "x*y"}]}
+
+    def test_of_solve(self):
+        said = self.get("/processes/solve").json["inputs"]["operator"]["description"]
+        for words in ("lsmps of degree 2", "kernel rational", "weight kernel/r2", "radius 2.1",
+                      "upwind none"):
+            self.assertIn(words, said)
+        operator = {"scheme": "lsmps", "degree": 2, "kernel": "rational", "weight": "kernel/r2",
+                    "radius": 2.1, "upwind": "none"}
+        left_out, given = (self.client.post("solve", {"inputs": {**self.INPUTS, **more}}).solution
+                           for more in ({}, {"operator": operator}))
+        self.assertEqual(left_out.tolist(), given.tolist())
+        for name, value in {"radius": 2.5, "degree": 3, "kernel": "bell", "weight": "kernel",
+                            "upwind": "cosine", "scheme": "ips"}.items():
+            other = self.client.post("solve", {"inputs": {**self.INPUTS, "operator":
+                                                          {**operator, name: value}}}).solution
+            self.assertNotEqual(left_out.tolist(), other.tolist(), name)
+
+
 class Huang(Study):
-    """Tables 1 to 5 of Huang et al. 2011, every number. What is expected of each, and which four of
-    the last digits cannot be had, is said in tests/verify/verify_huang2011.c."""
+    """Tables 1 to 5 of Huang et al. 2011, every number. What is expected of each is said in
+    tests/verify/verify_huang2011.c."""
 
     def column(self, case, cells, printed, member="l2", expected=None, mu=None, **operator):
         """Runs a column: the paper's numbers are found beside ours, which agree to the digit."""
@@ -137,7 +197,9 @@ class Huang(Study):
         for row, old, value in zip(table, printed, expected or printed):
             self.assertEqual(row.paper[member], old, f"{case} {operator} {row.cells}")
             unit = 10.0 ** (math.floor(math.log10(value)) - 3)
-            self.assertLess(abs(row[member] - value), unit, f"{case} {operator} {row.cells} cells")
+            off = abs(row[member] - value) / unit
+            self.assertLess(off, 1 if value in LAST_DIGITS else 0.5,
+                            f"{case} {operator} {row.cells} cells")
         self.assertEqual(len(table), len(printed))
 
     def kernels(self, case, cells, columns, mu=None):
@@ -236,12 +298,13 @@ class Hwang(Study):
 
     def test_operator_statistics_lie_in_their_bands(self):
         for case in HWANG["operator"]:
-            with self.subTest(dim=case["dim"], nC=case["nC"], alpha=case["alpha"]):
-                self.operator_statistics(case)
+            for seed in SEEDS:
+                with self.subTest(dim=case["dim"], nC=case["nC"], alpha=case["alpha"], seed=seed):
+                    self.operator_statistics(case, seed)
 
-    def operator_statistics(self, case):
+    def operator_statistics(self, case, seed):
         dim = case["dim"]
-        parameters = {"alpha": case["alpha"], "seed": SEED, "seeds": CLOUDS}
+        parameters = {"alpha": case["alpha"], "seed": seed, "seeds": CLOUDS}
         rows = {scheme: self.row(f"sine-{dim}d", case["nC"], parameters=parameters,
                                  operator={"scheme": scheme.lower()}) for scheme in ("PS", "IPS")}
         tensor = rows["IPS"].effective_diffusivity
@@ -256,24 +319,45 @@ class Hwang(Study):
 
     def test_errors_in_time_lie_in_their_bands(self):
         for case in HWANG["diffusion"]:
-            with self.subTest(**{k: case[k] for k in ("dim", "nC", "scheme")}):
-                row = self.row(
-                    f"diffusion-{case['dim']}d", case["nC"],
-                    operator={"scheme": case["scheme"].lower()},
-                    parameters={"alpha": case["alpha"], "seed": SEED, "seeds": CLOUDS,
-                                "times": case["times"], "end": case["times"][-1]})
-                self.assertEqual(row.history["t"].tolist(), case["times"])
-                for error, band in zip(row.history["l2"], case["err"]):
-                    self.assert_within(error, band, f"{case['dim']}-D {case['scheme']}")
+            for seed in SEEDS[:1] if case["nC"] > 100 else SEEDS:
+                with self.subTest(**{k: case[k] for k in ("dim", "nC", "scheme", "CD")}, seed=seed):
+                    self.errors_in_time(case, seed)
+
+    def errors_in_time(self, case, seed):
+        row = self.row(f"diffusion-{case['dim']}d", case["nC"],
+                       operator={"scheme": case["scheme"].lower()},
+                       parameters={"alpha": case["alpha"], "diffusion_number": case["CD"],
+                                   "seed": seed, "seeds": CLOUDS, "times": case["times"],
+                                   "end": case["times"][-1]})
+        self.assertEqual(row.history["t"].tolist(), case["times"])
+        for error, band in zip(row.history["l2"], case["err"]):
+            self.assert_within(error, band, f"{case['dim']}-D {case['scheme']}")
 
     def test_ps_grows_ips_stalls_lsmps_converges(self):
-        def rate(scheme):
-            table = self.client.study("sine-2d", [16, 64], operator={"scheme": scheme},
-                                      parameters={"seed": SEED}).table
+        def rate(scheme, dim, cells):
+            table = self.client.study(f"sine-{dim}d", cells, operator={"scheme": scheme},
+                                      parameters={"seed": SEED, "seeds": 3}).table
             return table[1].rate_l2
-        self.assertLess(rate("ps"), -0.9)
-        self.assertLess(abs(rate("ips")), 0.3)
-        self.assertGreater(rate("lsmps"), 0.9)
+        for dim, cells in ((1, [32, 256]), (2, [32, 128]), (3, [16, 48])):
+            with self.subTest(dim=dim):
+                self.assertLess(rate("ps", dim, cells), -0.8)
+                self.assertLess(abs(rate("ips", dim, cells)), 0.3)
+                self.assertGreater(rate("lsmps", dim, cells), 1)
+
+    def test_ips_is_never_worse_than_ps(self):
+        """On a lattice they are the same but for rounding."""
+        for case, cells in (("sine-1d", [8, 64]), ("sine-2d", [8, 64]), ("sine-3d", [8, 24]),
+                            ("diffusion-1d", [16, 64]), ("diffusion-2d", [8, 24]),
+                            ("diffusion-3d", [8, 12])):
+            inputs = {"parameters": {"seed": SEED, "seeds": 5, "alpha": [0, 0.05, 0.1, 0.3, 0.5]}}
+            ps, ips = (self.client.study(case, cells, operator={"scheme": name}, **inputs).table
+                       for name in ("ps", "ips"))
+            for old, new in zip(ps, ips):
+                with self.subTest(case, cells=old.cells, alpha=old.alpha):
+                    self.assertLessEqual(new.l2, old.l2 * (1 + 1e-6) + 1e-12)
+                    for a, b in zip(old.get("history", {}).get("l2", []),
+                                    new.get("history", {}).get("l2", [])):
+                        self.assertLessEqual(b, a * (1 + 1e-6) + 1e-12)
 
     def test_times_after_the_end_are_left_out(self):
         row = self.row("diffusion-1d", 16, parameters={"end": 0.03, "seeds": 2, "seed": SEED})

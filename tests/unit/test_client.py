@@ -362,7 +362,7 @@ class Command(unittest.TestCase):
                 status, _, err = self.run_command("solve", str(file))
                 self.assertEqual(status, 1)
                 self.assertIn(message, err)
-            status, _, err = self.run_command("solve", str(file), "--output", "x.csv")
+            status, _, err = self.run_command("solve", str(file), "--output", "x.txt")
             self.assertEqual(status, 1)
             self.assertIn(".npz", err)
             status, _, err = self.run_command("solve", str(pathlib.Path(folder, "none.json")))

@@ -37,9 +37,29 @@ static void test_prefer(void **state) {
   }
 }
 
+static void test_shape_and_priority(void **state) {
+  static const struct {
+    const char *text;
+    prefer_shape shape;
+    int priority;
+  } rows[] = {{"", PREFER_ANY, -1},
+              {"return=minimal", PREFER_MINIMAL, -1},
+              {"return=\"representation\", return=minimal", PREFER_REPRESENTATION, -1},
+              {"return=other, priority=0", PREFER_ANY, 0},
+              {"priority=9; x, priority=1", PREFER_ANY, 9},
+              {"priority=10, priority=-1, priority, priority=x", PREFER_ANY, -1}};
+  (void)state;
+  for (size_t k = 0; k < sizeof rows / sizeof *rows; k++) {
+    const prefer got = prefer_of(rows[k].text);
+    assert_int_equal(got.shape, rows[k].shape);
+    assert_int_equal(got.priority, rows[k].priority);
+  }
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(test_prefer),
+      cmocka_unit_test(test_shape_and_priority),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

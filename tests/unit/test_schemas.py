@@ -13,6 +13,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(ROOT / "schemas"))
 import build  # noqa: E402  (found by the line above)
+import openapi  # noqa: E402
 import page  # noqa: E402
 
 DRAFT = "http://json-schema.org/draft-04/schema#"
@@ -167,7 +168,7 @@ class Documents(unittest.TestCase):
 
     def test_links_are_absolute_and_typed(self):
         for name in ("landing.json", "processes.json", "processes/solve.json"):
-            for link in re.findall(r'\{"href":[^}]*\}?[^}]*\}', json.dumps(DOCUMENTS[name])):
+            for link in re.findall(r'\{"href": "[^}]*\}?[^}]*\}', json.dumps(DOCUMENTS[name])):
                 link = json.loads(link)
                 with self.subTest(link["href"]):
                     self.assertTrue(link["href"].startswith("{B}/"))
@@ -180,7 +181,7 @@ class Documents(unittest.TestCase):
         for process in described:
             for name in process["inputs"] | process["outputs"]:
                 self.assertIn(f"<code>{name}</code>", text)
-        for status in build.FAILURES:
+        for status in openapi.FAILURES:
             self.assertIn(f"<td>{status}</td>", text)
 
 
@@ -221,7 +222,8 @@ class Examples(unittest.TestCase):
             known = input_members(name)
             self.assertEqual(known - used, set())
             self.assertEqual(known - misused, set())
-            self.assertEqual(set(build.process(name)["outputs"]) - used, set())
+            if name != "batch":  # whose one output there is no choosing
+                self.assertEqual(set(build.process(name)["outputs"]) - used, set())
 
 
 if __name__ == "__main__":

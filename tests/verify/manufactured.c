@@ -28,8 +28,9 @@ truth truth_at(int dim, const double *at, double time, double decay) {
 enum { ARRAYS = 9 };
 
 static void arrays_of(manufactured *m, double **arrays[ARRAYS]) {
-  double **const all[ARRAYS] = {&m->velocity,    &m->diffusivity, &m->source, &m->reaction, &m->value,
-                                &m->coefficient, &m->normal,      &m->exact,  &m->phi};
+  double **const all[ARRAYS] = {&m->velocity, &m->diffusivity, &m->source,
+                                &m->reaction, &m->value,       &m->coefficient,
+                                &m->normal,   &m->exact,       &m->phi};
   memcpy(arrays, all, sizeof all);
 }
 
@@ -150,9 +151,8 @@ double manufactured_in_time(manufactured *m, sct_march_method method, double ste
                                      .step = method == SCT_FORWARD_EULER ? 0 : step,
                                      .diffusion_number = 1,
                                      .solve = {.dim = m->f->cloud.dim}};
-  const sct_march_problem problem = {.varies = SCT_VARIES_LOAD | SCT_VARIES_DIRICHLET,
-                                     .context = m,
-                                     .advance = advance};
+  const sct_march_problem problem = {
+      .varies = SCT_VARIES_LOAD | SCT_VARIES_DIRICHLET, .context = m, .advance = advance};
   sct_error err;
   set_time(m, 0);
   memcpy(m->phi, m->exact, (size_t)m->f->cloud.n * sizeof *m->phi);

@@ -1,7 +1,8 @@
 /* manufactured.h - a problem with every term, every boundary type and a known answer, steady or in
  * time, in one, two and three dimensions, on any cloud:
- *   phi = sin(1.3 x + 0.4) cos(0.9 y - 0.2) e^(z/2) e^(-decay t),    mu = 1 + 0.3 x + 0.2 y + 0.1 z,
- *   u = (y - 1/2, 1/2 - x, 0.3),    k = 0.5 + x,    s = phi_t + u . grad phi - div(mu grad phi) + k phi */
+ *   phi = sin(1.3 x + 0.4) cos(0.9 y - 0.2) e^(z/2) e^(-decay t),    mu = 1 + 0.3 x + 0.2 y + 0.1
+ * z, u = (y - 1/2, 1/2 - x, 0.3),    k = 0.5 + x,    s = phi_t + u . grad phi - div(mu grad phi) +
+ * k phi */
 #ifndef TESTS_MANUFACTURED_H
 #define TESTS_MANUFACTURED_H
 

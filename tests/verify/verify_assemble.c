@@ -67,8 +67,8 @@ static void observed_order(void **state) {
     for (int dim = 1; dim <= 3; dim++) {
       double error[3];
       for (int m = 0; m < 3; m++) {
-        error[m] = steady_error(dim, MESH[dim][m], &op, e->jitter, 7 + (uint64_t)m,
-                                &WALLS[e->walls]);
+        error[m] =
+            steady_error(dim, MESH[dim][m], &op, e->jitter, 7 + (uint64_t)m, &WALLS[e->walls]);
       }
       const double order =
           log(error[0] / error[2]) / log((double)MESH[dim][2] / (double)MESH[dim][0]);

@@ -7,8 +7,7 @@ export type Numbers =
   | Uint32Array
   | Int16Array
   | Uint16Array
-  | Int8Array
-  | Uint8Array;
+  | Int8Array;
 
 /** Numbers in row-major order with their shape: points of n rows and d columns have shape [n, d]. */
 export class NdArray {
@@ -69,6 +68,7 @@ function nested(data: Numbers, shape: readonly number[], from: number): unknown 
   return Array.from({ length: rows }, (_, k) => nested(data, rest, from + k * step));
 }
 
+/** Bytes (Uint8Array) are no numbers: CBOR has byte strings for them. */
 export function isNumbers(value: unknown): value is Numbers {
-  return ArrayBuffer.isView(value) && !(value instanceof DataView);
+  return ArrayBuffer.isView(value) && !(value instanceof DataView) && !(value instanceof Uint8Array);
 }

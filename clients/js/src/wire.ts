@@ -21,8 +21,9 @@ addExtension({
     new NdArray(isNumbers(data) ? data : Float64Array.from(data), Array.from(shape)),
 });
 
-/* A new encoder for each body: the buffer that it keeps would hold on to the largest one. */
-const plain = { useRecords: false, mapsAsObjects: true, tagUint8Array: true };
+/* A new encoder for each body: the buffer that it keeps would hold on to the largest one. Byte
+ * strings carry no tag of their own: within a browser, cbor-x would put it behind that of the array. */
+const plain = { useRecords: false, mapsAsObjects: true, tagUint8Array: false };
 
 export function encode(value: unknown, format: Format): Uint8Array | string {
   return format === 'cbor' ? new Encoder(plain).encode(value) : JSON.stringify(value, asJson);

@@ -1,7 +1,9 @@
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
-import { Client, lattice, latticePoints, NdArray, ProblemError, UnreachableError } from '../dist/index.js';
 import { startDaemon } from './daemon.js';
+import { library } from './library.js';
+
+const { Client, lattice, latticePoints, NdArray, ProblemError, UnreachableError } = library;
 
 let daemon;
 before(async () => {

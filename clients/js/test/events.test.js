@@ -4,7 +4,9 @@ import assert from 'node:assert/strict';
 import { once } from 'node:events';
 import { createServer } from 'node:http';
 import { test } from 'node:test';
-import { Client, UnreachableError } from '../dist/index.js';
+import { library } from './library.js';
+
+const { Client, UnreachableError } = library;
 
 async function serving(handle, act) {
   const server = createServer(handle).listen(0, '127.0.0.1');

@@ -13,15 +13,17 @@ import numpy
 from .client import DEFAULT_URL, Client
 from .errors import ScatterdError
 from .plotting import plot
+from .flow import Flow
 from .result import Result
+from .saving import WRITERS, leaves, save
 from .study import Study
-from .wire import plain
 
 PROCESSES = {
     "solve": "solve a convection-diffusion-reaction problem",
     "apply": "apply the particle operators to a field",
     "diagnose": "tell what a cloud does to the operators",
     "study": "run a published test problem on several meshes",
+    "flow": "incompressible flow on moving particles",
     "echo": "get back what is sent",
 }
 
@@ -50,7 +52,7 @@ def parser() -> argparse.ArgumentParser:
     for name, text in PROCESSES.items():
         command = commands.add_parser(name, help=text, parents=[shared])
         command.add_argument("request", help='file with {"inputs": {...}}; - for standard input')
-        command.add_argument("--output", metavar="FILE", help="write results to a .json or .npz")
+        command.add_argument("--output", metavar="FILE", help="write results: .json, .npz, .csv, .vtp")
         if name != "echo":
             command.add_argument("--plot", metavar="FILE", help="draw it (.png, .pdf, .svg)")
             command.add_argument("--field", help="output to draw")
@@ -100,7 +102,7 @@ def run_process(options: argparse.Namespace) -> int:
     with client(options) as service:
         result = service.post(options.process, request, KINDS.get(options.process, Result))
     if options.output:
-        WRITERS[pathlib.Path(options.output).suffix](options.output, result)
+        save(result, options.output)
     if options.plot and isinstance(result, Study):
         result.plot(options.field or "l2", file=options.plot)
     elif options.plot:
@@ -122,27 +124,7 @@ def read_request(name: str) -> dict:
     return request
 
 
-def write_json(name: str, result: Result) -> None:
-    text = json.dumps(result, default=plain, ensure_ascii=False)
-    pathlib.Path(name).write_text(text + "\n", encoding="utf-8")
-
-
-def write_npz(name: str, result: Result) -> None:
-    arrays = {key: numpy.asarray(value) for key, value in leaves(result)}
-    numpy.savez_compressed(name, **arrays)
-
-
-KINDS = {"study": Study}
-WRITERS = {".json": write_json, ".npz": write_npz}
-
-
-def leaves(value: Any, name: str = "") -> Iterator[tuple[str, Any]]:
-    """Values within a result by dotted name."""
-    if not isinstance(value, dict):
-        yield name, value
-        return
-    for key, member in value.items():
-        yield from leaves(member, f"{name}.{key}" if name else key)
+KINDS = {"study": Study, "flow": Flow}
 
 
 def summary(result: Result) -> Iterator[str]:

@@ -38,8 +38,8 @@ def record(value: Any) -> Any:
 class Result(Record):
     """Outputs of a process by name.
 
-    `result.solution` is an array [n], `result.norms.l2` a number. `request_inputs` holds what was
-    asked, for plots.
+    `result.solution` is an array [n], `result.norms.l2` a number; `result.plot()` draws the result.
+    `request_inputs` holds what was asked, for plots.
     """
 
     request_inputs: dict
@@ -49,8 +49,26 @@ class Result(Record):
         super().__init__(record(outputs))
         object.__setattr__(self, "request_inputs", inputs or {})
 
+    def save(self, file: str, output: str | None = None) -> None:
+        """Writes the result as a file: .vtp for ParaView and .csv (points and what has a value at
+        them), .npz (all arrays), .json (everything).
+
+        Args:
+            file: its name; the ending tells the form.
+            output: this output only; .npy needs it.
+        """
+        from .saving import save
+
+        save(self, file, output)
+
     def __repr__(self) -> str:
         return f"<Result {', '.join(brief(name, value) for name, value in self.items())}>"
+
+    def plot(self, field: Any = None, **options: Any) -> Any:
+        """Draws a field on its cloud and returns the axes: `scatterd.plot(self, field, ...)`."""
+        from .plotting import plot  # which needs this module
+
+        return plot(self, field, **options)
 
 
 def bare(value: Any) -> Any:

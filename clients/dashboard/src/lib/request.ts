@@ -1,7 +1,7 @@
 /** A request as the page keeps it: the process and its inputs. Arrays that a person dropped in are
  *  NdArrays, all else is what JSON can say. */
 
-import { NdArray } from 'scatterd';
+import { encode, isNumbers, NdArray } from 'scatterd';
 
 export interface Request {
   process: string;
@@ -18,9 +18,9 @@ export function sizeOf(value: unknown): number {
 
 /** JSON with short arrays on one line, so that it reads like what one would write by hand. */
 export function pretty(value: unknown, indent = ''): string {
-  const flat = JSON.stringify(value);
-  if (flat === undefined || flat.length + indent.length <= 76) return spaced(flat ?? 'null');
-  const plain = value instanceof NdArray ? value.toJSON() : value;
+  const flat = encode(value ?? null, 'json') as string;
+  if (flat.length + indent.length <= 76) return spaced(flat);
+  const plain = value instanceof NdArray ? value.toJSON() : isNumbers(value) ? Array.from(value) : value;
   const deeper = `${indent}  `;
   if (Array.isArray(plain)) {
     return `[\n${plain.map((item) => deeper + pretty(item, deeper)).join(',\n')}\n${indent}]`;
@@ -42,7 +42,7 @@ function spaced(json: string): string {
 /** Deflated and in base64url; undefined if there is more of it than a link can carry. */
 export async function pack(request: Request, most = 6000): Promise<string | undefined> {
   if (sizeOf(request.inputs) > 20_000) return undefined;
-  const stream = new Blob([JSON.stringify(request)]).stream().pipeThrough(new CompressionStream('deflate-raw'));
+  const stream = new Blob([encode(request, 'json') as string]).stream().pipeThrough(new CompressionStream('deflate-raw'));
   const packed = new Uint8Array(await new Response(stream).arrayBuffer());
   const text = btoa(String.fromCharCode(...packed)).replace(/\+/g, '-').replace(/\//g, '_').replace(/=+$/, '');
   return text.length <= most ? text : undefined;

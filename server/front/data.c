@@ -1,0 +1,125 @@
+#include "data.h"
+
+#include <errno.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "digest.h"
+#include "job.h"
+#include "keep.h"
+#include "log.h"
+
+struct data_store {
+  const parameters *set;
+  store *store;
+  double expiry; /* when to look for old ones, by unix_now */
+};
+
+static const double patience = 60; /* (s) until what could not be dropped is tried again */
+
+/* ---- Expiry ---- */
+
+static store_result forget(data_store *d, const char *id) {
+  const store_result result = store_data_remove(d->store, id);
+  if (result == STORE_OK) keep_drop(store_data_files(d->store), id);
+  return result;
+}
+
+static double due(void *self) {
+  const data_store *d = self;
+  return loop_now() + (d->expiry - unix_now());
+}
+
+/* Drops one that is old; the rest has its turn when the loop comes round. */
+static void run(void *self) {
+  data_store *d = self;
+  char id[DATA_ID];
+  const double now = unix_now();
+  if (now < d->expiry) return;
+  if (store_data_expired(d->store, now, id) == STORE_OK && forget(d, id) == STORE_OK) {
+    log_say(LOG_DEBUG, "expired", "data %s", id);
+    return;
+  }
+  d->expiry = fmax(now + patience, store_data_first_expiry(d->store));
+}
+
+/* ---- The whole ---- */
+
+static bool is_wanted(void *context, const char *name) {
+  data_store *d = context;
+  data_row row;
+  return store_data(d->store, name, &row) == STORE_OK;
+}
+
+data_store *data_new(loop *l, const parameters *set, store *s) {
+  data_store *d = calloc(1, sizeof *d);
+  if (d == NULL) return NULL;
+  *d = (data_store){.set = set, .store = s, .expiry = store_data_first_expiry(s)};
+  keep_sweep(store_data_files(s), is_wanted, d);
+  loop_add(l, (loop_chore){due, run, d});
+  return d;
+}
+
+void data_free(data_store **d) {
+  free(*d);
+  *d = NULL;
+}
+
+/* ---- Objects ---- */
+
+store_result data_find(data_store *d, const char *id, data_row *row) {
+  const bool is_id = strlen(id) == DATA_ID - 1 && strspn(id, "0123456789abcdef") == DATA_ID - 1;
+  const store_result result = is_id ? store_data(d->store, id, row) : STORE_NONE;
+  const bool is_over =
+      result == STORE_OK && row->expires <= unix_now() && !store_data_is_pinned(d->store, id);
+  return is_over ? STORE_NONE : result;
+}
+
+static data_result renew(data_store *d, const char *type, data_row *row) {
+  const double expires = unix_now() + d->set->data_seconds;
+  if (strcmp(row->type, type) != 0) return DATA_OTHER;
+  if (store_data_renew(d->store, row->id, expires) != STORE_OK) return DATA_FAILED;
+  row->expires = fmax(row->expires, expires);
+  return DATA_KNOWN;
+}
+
+static data_result failure(void) {
+  if (errno == ENOSPC || errno == EDQUOT) return DATA_FULL;
+  log_say(LOG_ERROR, "data", "%s", strerror(errno));
+  return DATA_FAILED;
+}
+
+/* The file first, then the row that refers to it. */
+static data_result write_new(data_store *d, int fd, data_row *row) {
+  const int at = store_data_files(d->store);
+  if (store_data_bytes(d->store) + row->size > d->set->data_bytes) return DATA_QUOTA;
+  if (!keep_file(at, row->id, fd, (size_t)row->size)) return failure();
+  const store_result result = store_data_add(d->store, row);
+  d->expiry = fmin(d->expiry, row->expires);
+  if (result == STORE_OK) return DATA_NEW;
+  keep_drop(at, row->id);
+  return result == STORE_FULL ? DATA_FULL : DATA_FAILED;
+}
+
+data_result data_add(data_store *d, const char *type, int fd, size_t size, data_row *row) {
+  char id[DIGEST_TEXT];
+  if (!digest_file(NULL, fd, size, id)) return failure();
+  const store_result known = store_data(d->store, id, row);
+  if (known == STORE_OK) return renew(d, type, row);
+  if (known != STORE_NONE) return DATA_FAILED;
+  *row = (data_row){.size = (int64_t)size, .created = unix_now()};
+  row->expires = row->created + d->set->data_seconds;
+  snprintf(row->id, sizeof row->id, "%s", id);
+  snprintf(row->type, sizeof row->type, "%s", type);
+  return write_new(d, fd, row);
+}
+
+int data_open(data_store *d, const data_row *row) {
+  return keep_open(store_data_files(d->store), row->id);
+}
+
+store_result data_drop(data_store *d, const data_row *row) {
+  return store_data_is_pinned(d->store, row->id) ? STORE_FULL : forget(d, row->id);
+}

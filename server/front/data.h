@@ -1,0 +1,41 @@
+/* data.h - objects under /data: clouds and arrays uploaded once for many requests, and outputs by
+ * reference. Content-addressed: the id is the SHA-256 of the bytes, so the same upload twice is one
+ * object. They expire, but not while a job that refers to them waits or runs.
+ * Test: http.data.
+ */
+#ifndef SCATTERD_DATA_H
+#define SCATTERD_DATA_H
+
+#include "loop.h"
+#include "param.h"
+#include "store.h"
+
+typedef struct data_store data_store;
+
+/* Drops files that no row knows (a daemon ended while it wrote one). NULL when out of memory. */
+data_store *data_new(loop *l, const parameters *set, store *s);
+void data_free(data_store **d);
+
+typedef enum {
+  DATA_NEW,
+  DATA_KNOWN,  /* the same bytes were there: they stay longer now */
+  DATA_OTHER,  /* ... but as another media type */
+  DATA_QUOTA,  /* no room within data-bytes */
+  DATA_FULL,   /* no room on the disk */
+  DATA_FAILED, /* the log knows */
+} data_result;
+
+/* Keeps the first `size` bytes of fd, durably. *row is the object, also if it is DATA_OTHER. Cost:
+ * a SHA-256 and, for a new one, a copy and three fsyncs. */
+data_result data_add(data_store *d, const char *type, int fd, size_t size, data_row *row);
+
+/* STORE_NONE for an id that is none, too. */
+store_result data_find(data_store *d, const char *id, data_row *row);
+
+/* Opens the bytes of an object for reading; -1 with errno. */
+int data_open(data_store *d, const data_row *row);
+
+/* STORE_FULL: a job needs it. */
+store_result data_drop(data_store *d, const data_row *row);
+
+#endif

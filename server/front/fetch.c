@@ -1,0 +1,251 @@
+#include "fetch.h"
+
+#include <errno.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+#include <unistd.h>
+
+#include "data.h"
+#include "media.h"
+#include "outbound.h"
+
+/* A call to another host that a worker waits for. */
+typedef struct remote {
+  struct remote *next, **at;
+  fetches *owner;
+  pool_task *task;
+  outbound_call *call;
+} remote;
+
+struct fetches {
+  const service *service;
+  remote *first;
+};
+
+/* ---- Giving ---- */
+
+static void refuse(fetches *f, pool_task *t, int status, const char *format, ...)
+    __attribute__((format(printf, 4, 5)));
+static void refuse(fetches *f, pool_task *t, int status, const char *format, ...) {
+  ipc_given given = {.status = status};
+  va_list list;
+  va_start(list, format);
+  vsnprintf(given.detail, sizeof given.detail, format, list);
+  va_end(list);
+  pool_give(f->service->pool, t, &given, -1);
+}
+
+/* Gives a descriptor, which is closed. */
+static void give(fetches *f, pool_task *t, ipc_given given, int fd) {
+  if (fd < 0) {
+    refuse(f, t, 500, "cannot be opened: %s", strerror(errno));
+    return;
+  }
+  given.status = 200;
+  pool_give(f->service->pool, t, &given, fd);
+  close(fd);
+}
+
+/* ---- Our own ---- */
+
+static void give_data(fetches *f, pool_task *t, const char *id) {
+  data_row row;
+  media form;
+  if (data_find(f->service->data, id, &row) != STORE_OK) {
+    refuse(f, t, 404, "there is no data %.70s; it may have expired", id);
+  } else if (!media_find(row.type, &form)) {
+    refuse(f, t, 415, "is of media type %s, which cannot be read", row.type);
+  } else {
+    give(f, t, (ipc_given){.size = row.size, .media = form}, data_open(f->service->data, &row));
+  }
+}
+
+static void give_result(fetches *f, pool_task *t, const char *id, const char *output) {
+  const service *s = f->service;
+  job_view view;
+  ipc_given given = {.media = MEDIA_CBOR};
+  if (jobs_find(s->jobs, id, &view) != STORE_OK) {
+    refuse(f, t, 404, "there is no job %.40s", id);
+  } else if (view.row.state != JOB_SUCCESSFUL || view.row.parts > 0) {
+    refuse(f, t, 404, "job %s has no results that could be used", id);
+  } else {
+    given.size = view.row.result_size;
+    given.coding = (coding)view.row.result_coding;
+    snprintf(given.output, sizeof given.output, "%s", output);
+    give(f, t, given, jobs_result(s->jobs, &view.row));
+  }
+}
+
+/* Takes `word` off the path. */
+static bool take(const char **path, const char *word) {
+  const size_t length = strlen(word);
+  if (strncmp(*path, word, length) != 0) return false;
+  *path += length;
+  return true;
+}
+
+/* Takes a segment off the path. */
+static bool take_segment(const char **path, char *room, size_t size) {
+  const size_t length = strcspn(*path, "/?#");
+  if (length == 0 || length >= size) return false;
+  memcpy(room, *path, length);
+  room[length] = '\0';
+  *path += length;
+  return true;
+}
+
+/* Gives what a path of ours leads to; false if it is none. */
+static bool give_own(fetches *f, pool_task *t, const char *path) {
+  char id[DATA_ID], output[IPC_NAME];
+  if (take(&path, "/data/")) {
+    if (!take_segment(&path, id, sizeof id) || *path != '\0') return false;
+    give_data(f, t, id);
+    return true;
+  }
+  if (!take(&path, "/jobs/") || !take_segment(&path, id, sizeof id)) return false;
+  if (!take(&path, "/results/") || !take_segment(&path, output, sizeof output)) return false;
+  if (*path != '\0') return false;
+  give_result(f, t, id, output);
+  return true;
+}
+
+/* The path of a URL, without that of public-url; NULL if it is no http URL and no path. */
+static const char *path_of(const char *href, const char *public_url) {
+  const size_t length = strlen(public_url);
+  if (*href == '/') return href;
+  if (length > 0 && strncmp(href, public_url, length) == 0 && href[length] == '/') {
+    return href + length;
+  }
+  const bool is_http =
+      strncasecmp(href, "http://", 7) == 0 || strncasecmp(href, "https://", 8) == 0;
+  return is_http ? strchr(strstr(href, "://") + 3, '/') : NULL;
+}
+
+/* ---- Others ---- */
+
+static void free_remote(remote *r) {
+  if (r->next != NULL) r->next->at = r->at;
+  *r->at = r->next;
+  free(r);
+}
+
+static void give_reply(fetches *f, pool_task *t, const outbound_reply *reply) {
+  ipc_given given = {.size = reply->size};
+  const char *type = *reply->type != '\0' ? reply->type : media_type(MEDIA_OCTETS);
+  const char *how = *reply->coding != '\0' ? reply->coding : NULL;
+  if (reply->status == 0) {
+    refuse(f, t, 502, "cannot be fetched: %s", reply->why);
+  } else if (reply->status != 200) {
+    refuse(f, t, 502, "was answered with status %d, needs 200", reply->status);
+  } else if (!media_of_body(type, &given.media) || !coding_of_body(how, &given.coding)) {
+    refuse(f, t, 415, "is of media type \"%.60s\" (%.20s), needs JSON, CBOR, .npy or CSV", type,
+           how != NULL ? how : coding_name(CODING_IDENTITY));
+  } else {
+    given.status = 200;
+    pool_give(f->service->pool, t, &given, reply->fd);
+  }
+}
+
+static void fetched(void *context, const outbound_reply *reply) {
+  remote *r = context;
+  fetches *f = r->owner;
+  pool_task *t = r->task;
+  free_remote(r);
+  give_reply(f, t, reply);
+  if (reply->fd >= 0) close(reply->fd);
+}
+
+static void fetch(fetches *f, pool_task *t, const char *url) {
+  const parameters *set = f->service->set;
+  const outbound_request request = {
+      .url = url,
+      .fields = {"Accept: application/json, application/cbor, application/x-npy, text/csv",
+                 "Accept-Encoding: gzip, zstd"},
+      .seconds = set->fetch_seconds,
+      .most = set->fetch_bytes,
+      .public_only = !outbound_allows(set->fetch_private, url)};
+  remote *r = calloc(1, sizeof *r);
+  if (r == NULL) {
+    refuse(f, t, 503, "out of memory");
+    return;
+  }
+  *r = (remote){.next = f->first, .at = &f->first, .owner = f, .task = t};
+  if (f->first != NULL) f->first->at = &r->next;
+  f->first = r;
+  r->call = outbound_start(f->service->outbound, &request, fetched, r);
+  if (r->call != NULL) return;
+  free_remote(r);
+  refuse(f, t, 503, "out of memory");
+}
+
+/* ---- What workers want ---- */
+
+static void find(fetches *f, pool_task *t, const char *href) {
+  const parameters *set = f->service->set;
+  const char *path = path_of(href, set->public_url);
+  if (path != NULL && give_own(f, t, path)) return;
+  if (path == NULL || *href == '/') {
+    refuse(f, t, 404, "leads to nothing here, needs /data/ID, /jobs/ID/results/OUTPUT or a URL");
+  } else if (!outbound_allows(set->fetch_hosts, href)) {
+    refuse(f, t, 403, "leads to a host that is not allowed (fetch-hosts)");
+  } else {
+    fetch(f, t, href);
+  }
+}
+
+static void keep(fetches *f, pool_task *t, const ipc_news *news, int fd) {
+  ipc_given given = {.status = 200};
+  data_row row;
+  const data_result result = data_add(f->service->data, news->type, fd, (size_t)news->size, &row);
+  if (result == DATA_NEW || result == DATA_KNOWN || result == DATA_OTHER) {
+    snprintf(given.href, sizeof given.href, "/data/%s", row.id);
+    pool_give(f->service->pool, t, &given, -1);
+  } else if (result == DATA_FAILED) {
+    refuse(f, t, 500, "cannot be kept; the log knows more");
+  } else {
+    refuse(f, t, 507, "there is no room for %lld bytes (data-bytes, or the disk)",
+           (long long)news->size);
+  }
+}
+
+static void wanted(void *self, pool_task *t, const ipc_news *news, int fd) {
+  fetches *f = self;
+  if (news->kind == IPC_FETCH) {
+    find(f, t, news->href);
+  } else {
+    keep(f, t, news, fd);
+  }
+  if (fd >= 0) close(fd);
+}
+
+static void ended(void *self, pool_task *t) {
+  fetches *f = self;
+  for (remote *r = f->first, *next; r != NULL; r = next) {
+    next = r->next;
+    if (r->task != t) continue;
+    outbound_cancel(r->call);
+    free_remote(r);
+  }
+}
+
+fetches *fetches_new(const service *s) {
+  fetches *f = calloc(1, sizeof *f);
+  if (f == NULL) return NULL;
+  f->service = s;
+  pool_on_values(s->pool, &(pool_values){f, wanted, ended});
+  return f;
+}
+
+void fetches_free(fetches **f) {
+  if (*f == NULL) return;
+  while ((*f)->first != NULL) {
+    outbound_cancel((*f)->first->call);
+    free_remote((*f)->first);
+  }
+  pool_on_values((*f)->service->pool, &(pool_values){0});
+  free(*f);
+  *f = NULL;
+}
