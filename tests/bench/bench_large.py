@@ -34,7 +34,7 @@ OURS = {"direct": ["direct"], "ilu": ["iterative", "ilu"], "amg": ["iterative", 
         "auto": ["auto"]}
 LIMITS = {("direct", 2): 4e5, ("direct", 3): 4e4, ("ilu", 2): 4e5,
           ("SciPy splu", 2): 2e5, ("SciPy splu", 3): 1.5e4,
-          ("SciPy bicgstab", 2): 2e5, ("SciPy bicgstab", 3): 2e5}
+          ("SciPy bicgstab", 2): 2e5, ("SciPy bicgstab", 3): 4e4}
 PARTS = ("order", "search", "lists", "assemble", "factor", "solve")
 
 
