@@ -1,4 +1,4 @@
-/* store.h - what survives the daemon: jobs in SQLite and their files. The only door to SQLite.
+/* store.h - what survives the daemon: jobs in SQLite and their files.
  *
  * A data directory belongs to one daemon at a time. Rows are written in a transaction (write-ahead
  * log, synchronous FULL): what is committed stays, also over a power cut. Files are kept (keep.h)
