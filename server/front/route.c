@@ -125,6 +125,10 @@ static const route table[] = {
 
 enum { ROWS = sizeof table / sizeof *table };
 
+void route_print(FILE *out) {
+  for (int k = 0; k < ROWS; k++) fprintf(out, "%s %s\n", table[k].method, table[k].path);
+}
+
 /* Does `path` fit `pattern`? Then item[k] is what the k-th {} stands for, "" without one. */
 static bool fits(const char *pattern, const char *path, char item[2][EXCHANGE_ITEM]) {
   *item[0] = *item[1] = '\0';
