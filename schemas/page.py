@@ -101,7 +101,7 @@ def process(description):
 def resources(openapi):
     rows = []
     for path, operations in openapi["paths"].items():
-        for method in operations.keys() & {"get", "post"}:
+        for method in [name for name in ("get", "post", "delete") if name in operations]:
             operation = operations[method]
             codes = " ".join(sorted(operation["responses"]))
             about = text(operation["summary"])

@@ -7,6 +7,7 @@
 #include "child.h"
 #include "front.h"
 #include "param.h"
+#include "route.h"
 #include "worker.h"
 
 static const char usage[] =
@@ -15,7 +16,8 @@ static const char usage[] =
     "  scatterd run [options] REQUEST     answer one request (.json, .cbor; - is standard input)\n"
     "      --process ID                   which process (solve)\n"
     "      -o FILE                        where the result goes (standard output)\n"
-    "  scatterd --help | --version | --print-parameters | --print-manual\n\n"
+    "  scatterd --help | --version | --print-parameters | --print-manual |\n"
+    "           --print-routes\n\n"
     "Options, with their defaults; --config FILE reads them from lines `name = value`:\n";
 
 static int complain(const char *text) {
@@ -39,6 +41,11 @@ static int print_parameters(void) {
   return 0;
 }
 
+static int print_routes(void) {
+  route_print(stdout);
+  return 0;
+}
+
 static int print_manual(void) {
   param_manual(stdout);
   return 0;
@@ -50,7 +57,8 @@ static const struct {
   int (*run)(void);
 } words[] = {{"--help", print_help},           {"-h", print_help},
              {"--version", print_version},     {"--print-parameters", print_parameters},
-             {"--print-manual", print_manual}, {"worker", worker_main}};
+             {"--print-manual", print_manual}, {"--print-routes", print_routes},
+             {"worker", worker_main}};
 
 /* Takes `name VALUE` out of argv; NULL if it is not there. */
 static const char *take(int *count, char **argv, const char *name) {

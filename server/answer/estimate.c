@@ -26,6 +26,14 @@ int64_t estimate_points(int dim, int64_t n, const sct_operator *op) {
   return (int64_t)((double)n * (250 + 14 * estimate_neighbours(dim, op->radius)));
 }
 
+/* Numbers of the acceleration by point; coordinates, gradients and edges, which grow by halves. */
+int64_t estimate_limited(int dim, int64_t n, const sct_operator *op) {
+  enum { ITERATION = 33 * 8, GRADIENT = 12, EDGES = 30 };
+  const double m = estimate_neighbours(dim, op->radius);
+  if (op->upwind != SCT_UPWIND_LIMITED) return 0;
+  return (int64_t)((double)n * (ITERATION + 16 * dim + m * (GRADIENT * (dim + 1) + EDGES)));
+}
+
 int64_t estimate_matrix(int dim, int64_t n, const sct_operator *op) {
   return (int64_t)((double)n * (40 + 22 * estimate_neighbours(dim, op->radius)));
 }

@@ -33,6 +33,15 @@ static const request requests[] = {
      "{\"on\":\"ends\",\"type\":\"robin\",\"value\":\"t\",\"coefficient\":\"2\"}],\"time\":{"
      "\"end\":1,"
      "\"step\":0.25,\"save\":[0.5,1]}}}"},
+    {"solve",
+     "{\"inputs\":{\"cloud\":{\"lattice\":{\"lower\":[0,0],\"upper\":[1,1],\"cells\":[4,4]}},"
+     "\"operator\":{\"upwind\":\"limited\"},\"diffusivity\":0.01,\"velocity\":[1,2],\"boundary\":["
+     "{\"on\":\"boundary\",\"type\":\"dirichlet\",\"value\":\"y\"}]}}"},
+    {"solve",
+     "{\"inputs\":{\"cloud\":{\"points\":[[0],[1],[2],[3],[4],[5]]},\"operator\":{\"upwind\":"
+     "\"limited\"},\"diffusivity\":0.01,\"velocity\":[1],\"initial\":0,\"boundary\":[{\"on\":[0,5],"
+     "\"type\":\"dirichlet\",\"value\":1}],\"time\":{\"end\":1,\"step\":0.25,\"method\":"
+     "\"crank-nicolson\"}}}"},
     {"apply",
      "{\"inputs\":{\"cloud\":{\"points\":[[0],[1],[2],[3],[4],[5]]},\"field\":\"x\",\"exact_"
      "gradient\":[1]}}"},
