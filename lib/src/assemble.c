@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "alloc.h"
+#include "limited_rows.h"
 #include "points.h"
 #include "row.h"
 #include "row_buffer.h"
@@ -30,9 +31,23 @@ static int dim_of(const assembly *job) {
 
 /* ---- rows ---- */
 
-/* weight_k = weight_k + factor * more_k */
-static void accumulate(int64_t n, double factor, const double *more, double *weight) {
-  for (int64_t k = 0; k < n; k++) weight[k] += factor * more[k];
+/* k_ij = u . g_ij, in place of the first component */
+static const double *contract(const sct_row *row, int dim, const double *u) {
+  double *k_ij = row->gradient;
+  for (int64_t k = 0; k < row->n; k++) {
+    k_ij[k] *= u[0];
+    for (int a = 1; a < dim; a++) k_ij[k] += u[a] * row->gradient[a * row->n + k];
+  }
+  return k_ij;
+}
+
+/* a_ij = a_ij - k_ij; of a limited system the upwind half of every edge */
+static void convect(int64_t n, const double *k_ij, bool limited, double *a_ij) {
+  for (int64_t k = 0; k < n; k++) a_ij[k] -= limited ? 2 * fmin(k_ij[k], 0) : k_ij[k];
+}
+
+static row_buffer *buffer_of(const assembly *job, int64_t i) {
+  return &job->buffers[(i - job->chunk_first) / SCT_POINTS_BLOCK];
 }
 
 /* a_ij = (mu_i + mu_j)/2 l_ij - u_i . g_ij, in place of l_ij                       header, (2) */
@@ -56,10 +71,16 @@ static sct_status equation_row(assembly *job, int64_t i, sct_room *room, sct_err
   for (int64_t k = 0; k < row.n; k++) {
     a_ij[k] = job->diffuses ? 0.5 * (mu[i] + mu[row.index[k]]) * a_ij[k] : 0;
   }
-  for (int a = 0; moves && a < dim; a++) accumulate(row.n, -u[a], row.gradient + a * row.n, a_ij);
+  sct_limited *limited = job->system->limited;
+  const double *k_ij = moves ? contract(&row, dim, u) : NULL;
+  if (limited != NULL) {
+    const sct_status status = sct_limited_add_edges(limited, i, row.n, row.index, k_ij, a_ij, err);
+    if (status != SCT_OK) return status;
+  }
+  if (moves) convect(row.n, k_ij, limited != NULL, a_ij);
   const double k = fields->reaction == NULL ? 0 : fields->reaction[i];
-  return row_buffer_append(&job->buffers[(i - job->chunk_first) / SCT_POINTS_BLOCK], i,
-                           row_sum(row.n, a_ij) + k, row.n, row.index, a_ij, err);
+  return row_buffer_append(buffer_of(job, i), i, row_sum(row.n, a_ij) + k, row.n, row.index, a_ij,
+                           err);
 }
 
 static sct_status unit_normal(const double *normal, int dim, int64_t i, double *unit,
@@ -87,21 +108,34 @@ static sct_status condition_row(assembly *job, int64_t i, sct_room *room, sct_er
   if (status != SCT_OK) return status;
   job->flags[i] = (uint8_t)row.flags;
   for (int64_t k = 0; k < row.n; k++) row.normal[k] = -row.normal[k];
+  if (job->system->limited != NULL) {
+    status =
+        sct_limited_add_edges(job->system->limited, i, row.n, row.index, NULL, row.normal, err);
+    if (status != SCT_OK) return status;
+  }
   const double c = boundary->condition[i] == SCT_ROBIN ? boundary->coefficient[i] : 0;
-  return row_buffer_append(&job->buffers[(i - job->chunk_first) / SCT_POINTS_BLOCK], i,
-                           row_sum(row.n, row.normal) + c, row.n, row.index, row.normal, err);
+  return row_buffer_append(buffer_of(job, i), i, row_sum(row.n, row.normal) + c, row.n, row.index,
+                           row.normal, err);
 }
 
-static sct_status assemble_point(void *context, int64_t i, sct_room *room, sct_error *err) {
-  assembly *job = context;
+static sct_status row_of_point(assembly *job, int64_t i, sct_room *room, sct_error *err) {
+  sct_limited *limited = job->system->limited;
   switch ((sct_condition)job->boundary->condition[i]) {
     case SCT_DIRICHLET:
-      return SCT_OK;
+      return limited == NULL ? SCT_OK : sct_limited_add_edges(limited, i, 0, NULL, NULL, NULL, err);
     case SCT_INTERIOR:
       return equation_row(job, i, room, err);
     default:
       return condition_row(job, i, room, err);
   }
+}
+
+static sct_status assemble_point(void *context, int64_t i, sct_room *room, sct_error *err) {
+  assembly *job = context;
+  const sct_status status = row_of_point(job, i, room, err);
+  if (status != SCT_OK || job->system->limited == NULL) return status;
+  return sct_limited_add_gradient(job->system->limited, job->stencil, i,
+                                  (sct_condition)job->boundary->condition[i], room, err);
 }
 
 /* ---- the system ---- */
@@ -235,6 +269,9 @@ sct_status sct_system_build(const sct_stencil *stencil, const sct_fields *fields
   if (status == SCT_OK && job.system->unknowns == 0) {
     status = sct_fail(err, SCT_E_ARGUMENT, -1, "every point has a given value, nothing to solve");
   }
+  if (status == SCT_OK && sct_stencil_operator(stencil)->upwind == SCT_UPWIND_LIMITED) {
+    status = sct_limited_new(sct_stencil_cloud(stencil), &job.system->limited, err);
+  }
   if (status == SCT_OK) {
     status = sct_alloc_zero(&job.buffers, job.blocks, sizeof *job.buffers, err);
   }
@@ -259,6 +296,7 @@ void sct_system_free(sct_system **system) {
   sct_release(&(*system)->load);
   sct_csr_free(&(*system)->matrix);
   sct_csr_free(&(*system)->coupling);
+  sct_limited_free(&(*system)->limited);
   sct_release(system);
 }
 

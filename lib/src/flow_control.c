@@ -7,11 +7,15 @@
 #include "flow_inside.h"
 #include "parallel.h"
 
-/* Remove a local maximum of the number density above TOO_MANY n0, insert below TOO_FEW n0, in a
- * cell without particles below TOO_FEW_EMPTY n0: cells that are longer than high would be empty too
- * often (graded step: 17 to 20 % of them, so 15 %); not any more where there are PLENTY times as
- * many particles as cells. A new one takes its velocity from REACH spacings around. */
-static const double TOO_MANY = 1.6, TOO_FEW = 1.0, TOO_FEW_EMPTY = 1.2, PLENTY = 1.07, REACH = 2.2;
+/* Remove a local maximum of the number density above TOO_MANY n0, insert below TOO_FEW n0; a new
+ * one takes its velocity from REACH spacings around. */
+static const double TOO_MANY = 1.6, TOO_FEW = 1.0, REACH = 2.2;
+
+/* Where cells are longer than high, or few, that leaves too many without a particle (a graded step:
+ * 17 to 21 %). Into those goes one also at a higher density, the more there are of them, unless
+ * there are PLENTY times as many particles as cells. It cannot help cells at a wall that are
+ * flatter than the spacing, which next to wall points are rightly empty. */
+static const double EMPTY_MOST = 0.12, EMPTY_GAIN = 12, EMPTY_DENSITY = 1.45, PLENTY = 1.07;
 
 double flow_random(const sct_flow *f, uint64_t what, uint64_t k) {
   uint64_t z = f->options.seed * 0x9e3779b97f4a7c15u + what;
@@ -148,18 +152,32 @@ static bool is_empty(const sct_flow *f, int64_t c) {
   return true;
 }
 
+/* Number density up to which an empty cell gets a particle. */
+static double density_for_empty(const sct_flow *f) {
+  int64_t empty = 0;
+  if ((double)f->particles.n > PLENTY * (double)f->mesh.fluids) return TOO_FEW * f->full;
+  for (int64_t c = 0; c < f->mesh.cells; c++) empty += f->mesh.fluid[c] && is_empty(f, c);
+  const double excess = (double)empty / (double)f->mesh.fluids - EMPTY_MOST;
+  return fmin(TOO_FEW + EMPTY_GAIN * fmax(0, excess), EMPTY_DENSITY) * f->full;
+}
+
+typedef struct {
+  sct_flow *flow;
+  double for_empty;
+} gaps;
+
 /* Tries a place in each of the cells first .. last-1. */
 static bool find_too_few(void *context, int64_t first, int64_t last, int t) {
-  sct_flow *f = context;
+  const gaps *to = context;
+  sct_flow *f = to->flow;
   const int64_t nx = f->mesh.axis[0].n;
-  const bool helps = (double)f->particles.n < PLENTY * (double)f->mesh.fluids;
   flow_near near;
   (void)t;
   for (int64_t c = first; c < last; c++) {
     f->seeded[c] = 0;
     if (!f->mesh.fluid[c]) continue;
     random_place(f, c % nx, c / nx, f->seed + 2 * c);
-    const double least = (helps && is_empty(f, c) ? TOO_FEW_EMPTY : TOO_FEW) * f->full;
+    const double least = is_empty(f, c) ? to->for_empty : TOO_FEW * f->full;
     f->seeded[c] = density_at(f, c % nx, c / nx, f->seed + 2 * c, &near) < least;
   }
   return true;
@@ -204,7 +222,8 @@ sct_status flow_control(sct_flow *f, const sct_work *work, sct_error *err) {
     status = sct_in_pieces(n, &quiet, "control", find_too_many, f, &complete, err);
   }
   if (status == SCT_OK) {
-    status = sct_in_pieces(f->mesh.cells, &quiet, "control", find_too_few, f, &complete, err);
+    gaps to = {f, density_for_empty(f)};
+    status = sct_in_pieces(f->mesh.cells, &quiet, "control", find_too_few, &to, &complete, err);
   }
   /* new ones are fitted to the bins as they are, and stand behind the others until these close up
    */

@@ -80,18 +80,21 @@ sct_status flow_walls_build(sct_flow *f, sct_error *err) {
 /* ---- no flux ---- */
 
 /* Value at a wall point of the scalar from a fit with 1, t and n^2 along and across the wall, whose
- * derivative across is zero; the mean where there are too few particles. */
+ * derivative across is zero, kept near the values around, without which it feeds on itself; the
+ * mean where there are too few particles. */
 static double insulated(const sct_flow *f, const double x[2], int normal, flow_near *near) {
   const flow_mesh *m = &f->mesh;
   const int64_t i = flow_axis_find(&m->axis[0], x[0]), j = flow_axis_find(&m->axis[1], x[1]);
   const double support = 2 * flow_spacing(m, i, j, x, NULL);
-  double a[6] = {0}, r[3] = {0};
+  double a[6] = {0}, r[3] = {0}, least = INFINITY, most = -INFINITY;
   if (!flow_near_gather(f, i, j, x, support, near)) return 0;
   for (int k = 0; k < near->n; k++) {
     if (f->sites.particle[near->site[k]] < 0) continue;
     const double q = sqrt(near->r2[k]) / support, w = (1 - q) * (1 - q);
     const double t = near->x[1 - normal][k] / support, d = near->x[normal][k] / support;
     const double c = f->sites.field[FLOW_C][near->site[k]], p[3] = {1, t, d * d};
+    least = fmin(least, c);
+    most = fmax(most, c);
     for (int b = 0, e = 0; b < 3; b++) {
       for (int g = 0; g <= b; g++) a[e++] += w * p[b] * p[g];
       r[b] += w * p[b] * c;
@@ -102,7 +105,8 @@ static double insulated(const sct_flow *f, const double x[2], int normal, flow_n
                c2 = a[1] * a[4] - a[2] * a[3], det = a[0] * c0 + a[1] * c1 + a[3] * c2;
   if (!(a[0] > 0)) return 0;
   if (!(det > 1e-6 * a[0] * a[0] * a[0])) return r[0] / a[0];
-  return (r[0] * c0 + r[1] * c1 + r[2] * c2) / det;
+  const double slack = 0.2 * (most - least); /* a parabola over two even rows goes 1/8 beyond */
+  return fmin(fmax((r[0] * c0 + r[1] * c1 + r[2] * c2) / det, least - slack), most + slack);
 }
 
 static int normal_at(const sct_flow *f, const double x[2]) {

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "alloc.h"
+#include "limited_iterate.h"
 #include "march_growth.h"
 #include "march_matrix.h"
 #include "march_plan.h"
@@ -31,6 +32,7 @@ typedef struct {
   double steps;            /* planned */
   sct_march_matrix *matrix;
   sct_march_growth growth;
+  sct_limited_iteration *limited; /* NULL: steps are linear */
 } marcher;
 
 /* Backward error of a step's solve: some roundings more than the best, for half the price; steps do
@@ -50,6 +52,7 @@ double sct_march_stable_step(const sct_system *system, int64_t *point) {
         reach += p == 0 && parts[p]->column[k] == i ? v : fabs(v);
       }
     }
+    reach += sct_limited_reach(system, i);
     if (reach > largest) {
       largest = reach;
       if (point != NULL) *point = system->point_of[i];
@@ -102,12 +105,20 @@ static sct_status advance(marcher *m, double t, sct_error *err) {
   return status;
 }
 
+/* load = load + q(y) */
+static void add_correction(marcher *m) {
+  const sct_system *system = *m->system;
+  const double *q = sct_limited_iteration_correction(m->limited, system, m->phi, m->y, m->work);
+  for (int64_t i = 0; i < system->unknowns; i++) m->load[i] += q[i];
+}
+
 /* What the old time gives: rhs = now y + before y'' + explicit dt (b - A y). */
 static void old_part(marcher *m, sct_march_weights w, double dt) {
   const sct_system *system = *m->system;
   if (w.explicit != 0) {
     sct_system_rhs(system, m->phi, m->load);
     sct_csr_multiply_add(system->matrix, -1, m->y, m->load);
+    if (m->limited != NULL) add_correction(m);
   }
   for (int64_t i = 0; i < system->unknowns; i++) {
     m->rhs[i] = w.now * m->y[i];
@@ -130,6 +141,43 @@ static sct_status factor(marcher *m, double shift, sct_error *err) {
   sct_status status = sct_march_matrix_factor(m->matrix, *m->system, shift, &m->solve, err);
   m->factored = status == SCT_OK ? shift : NAN;
   return status;
+}
+
+/* Factors of the step, or of the conditions among themselves, at the iteration's disposal. */
+typedef struct {
+  sct_march_matrix *matrix;
+  const sct_system *system;
+} factors;
+
+static sct_status substitute(void *context, const double *r, double *x, sct_error *err) {
+  const factors *f = context;
+  return sct_march_matrix_solve(f->matrix, f->system, r, x, err);
+}
+
+/* The conditions of an explicit scheme are linear unless a weight of theirs has to be cut off. */
+static bool is_linear(const marcher *m, double shift) {
+  const sct_system *system = *m->system;
+  bool bound = shift != 0;
+  for (int64_t i = 0; !bound && i < system->unknowns; i++) {
+    bound = !system->is_equation[i] && sct_limited_reach(system, i) > 0;
+  }
+  return m->limited == NULL || !bound;
+}
+
+/* y from rhs: the unknowns of a step of `shift`, from `start` where they have to be iterated. */
+static sct_status solve_rows(marcher *m, sct_march_matrix *matrix, double shift,
+                             const double *start, sct_error *err) {
+  factors f = {matrix, *m->system};
+  if (is_linear(m, shift)) return sct_march_matrix_solve(matrix, f.system, m->rhs, m->y, err);
+  const sct_limited_equation equation = {.system = f.system,
+                                         .own = 1,
+                                         .shift = shift,
+                                         .rhs = m->rhs,
+                                         .solve = substitute,
+                                         .context = &f};
+  memmove(m->y, start, (size_t)f.system->unknowns * sizeof *start);
+  return sct_limited_iterate(m->limited, &equation, &m->options->limited, m->work, NULL, m->phi,
+                             m->y, &m->report->limited, err);
 }
 
 static void scatter(const marcher *m) {
@@ -170,7 +218,7 @@ static sct_status step(marcher *m, double t, double dt, sct_error *err) {
   new_part(m, w, dt);
   status = factor(m, w.implicit * dt, err);
   if (status != SCT_OK) return status;
-  status = sct_march_matrix_solve(m->matrix, *m->system, m->rhs, m->y, err);
+  status = solve_rows(m, m->matrix, w.implicit * dt, m->before, err);
   if (status != SCT_OK) return status;
   scatter(m);
   m->t = t;
@@ -226,6 +274,11 @@ static sct_status allocate(marcher *m, sct_error *err) {
     sct_status status = sct_alloc(arrays[k], unknowns, sizeof(double), err);
     if (status != SCT_OK) return status;
   }
+  if ((*m->system)->limited != NULL) {
+    sct_status status = sct_limited_iteration_new(*m->system, &m->limited, err);
+    if (status != SCT_OK) return status;
+    sct_limited_relax(&m->solve);
+  }
   return sct_march_matrix_new(*m->system, is_explicit(m), &m->matrix, err);
 }
 
@@ -245,7 +298,7 @@ static sct_status settle(marcher *m, sct_march_matrix *conditions, sct_error *er
                     "alone; take an implicit scheme");
   }
   if (status != SCT_OK) return status;
-  return sct_march_matrix_solve(conditions, *m->system, m->rhs, m->y, err);
+  return solve_rows(m, conditions, 0, m->y, err);
 }
 
 static sct_status settle_for_rate(marcher *m, sct_error *err) {
@@ -299,6 +352,7 @@ static void end(marcher *m) {
   }
   sct_march_matrix_free(&m->matrix);
   sct_march_growth_free(&m->growth);
+  sct_limited_iteration_free(&m->limited);
   sct_release(&m->y);
   sct_release(&m->before);
   sct_release(&m->rhs);

@@ -8,6 +8,10 @@
 sct_status sct_tape_start(sct_tape *tape, sct_march_method method, const sct_system *system,
                           double steps, sct_error *err) {
   if (tape == NULL) return SCT_OK;
+  if (system->limited != NULL) {
+    return sct_fail(err, SCT_E_ARGUMENT, -1,
+                    "a march with upwind limited is not linear and cannot be recorded");
+  }
   const double levels = steps + 2; /* one more than planned, should rounding shorten a last step */
   const double bytes =
       levels * (double)sizeof(double) * (2 + (tape->keeps_values ? (double)system->n : 0));

@@ -63,6 +63,13 @@ row_maker row_mps, row_ps, row_ips, row_ipsn, row_lsmps;
  * with a matrix. */
 row_verdict row_gradient_linear(row_job *job);
 
+/* Gradient of a linear fit with a free constant, g = M_c^-1 w (r_j - c) / r^2 about the neighbours'
+ * weighted centre c: sum_j g_ij = 0, what `limited` needs of its edges. */
+row_verdict row_gradient_balanced(row_job *job);
+
+/* Is the gradient asked for that of the edges of `limited`? */
+bool row_is_limited(const row_job *job);
+
 /* Normal derivative of first degree into room->laplacian: c = n . M^-1 w r_j / r^2. */
 row_verdict row_normal_linear(row_job *job);
 

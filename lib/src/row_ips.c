@@ -32,6 +32,7 @@ static void linear_gradient(const row_job *job, const double *f,
 
 row_verdict row_gradient_linear(row_job *job) {
   double m[SCT_DIM_MAX][SCT_DIM_MAX], inverse[SCT_DIM_MAX][SCT_DIM_MAX];
+  if (row_is_limited(job)) return row_gradient_balanced(job);
   if (job->n < job->dim) return ROW_TOO_FEW;
   const double *f = job->room->f;
   if (job->velocity != NULL) {

@@ -219,6 +219,8 @@ row_verdict row_lsmps(row_job *job) {
   fit f = {.unknowns = row_unknowns(job->dim, job->degree),
            .ill = ILL[job->degree] * (to_solve ? ILL_TO_SOLVE : 1)};
   row_verdict verdict = ROW_ACCEPTED;
+  const bool bounded = job->op->upwind == SCT_UPWIND_LIMITED;
+  if ((job->want & SCT_ROW_NORMAL) && bounded) return row_normal_linear(job);
   if (job->n <= f.unknowns) return ROW_TOO_FEW;
   if (!upwind || (job->want & SCT_ROW_LAPLACIAN)) {
     root_weight(job);

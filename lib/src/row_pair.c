@@ -9,7 +9,8 @@ static bool spans(const row_job *job) {
 }
 
 /* g = (d / S_w) W r_j / r^2                                        [H11] eq. 5, [H16] eq. 1 */
-static void pair_gradient(row_job *job) {
+static row_verdict pair_gradient(row_job *job) {
+  if (row_is_limited(job) || (job->want & SCT_ROW_LINEAR)) return row_gradient_linear(job);
   sct_room *room = job->room;
   const double *f = room->f;
   if (job->velocity != NULL) {
@@ -22,6 +23,7 @@ static void pair_gradient(row_job *job) {
     double *g = room->gradient + a * job->n;
     for (int64_t k = 0; k < job->n; k++) g[k] = factor * f[k] * r[k];
   }
+  return ROW_ACCEPTED;
 }
 
 static void scaled_copy(int64_t n, double factor, const double *from, double *to) {
@@ -32,9 +34,8 @@ static row_verdict pair_row(row_job *job, double factor, const double *weight) {
   if (job->want & SCT_ROW_NORMAL) return row_normal_linear(job);
   if (job->n < job->dim + ((job->want & SCT_ROW_LAPLACIAN) != 0)) return ROW_TOO_FEW;
   if (!spans(job)) return ROW_FLAT;
-  if (job->want & SCT_ROW_GRADIENT) pair_gradient(job);
   if (job->want & SCT_ROW_LAPLACIAN) scaled_copy(job->n, factor, weight, job->room->laplacian);
-  return ROW_ACCEPTED;
+  return job->want & SCT_ROW_GRADIENT ? pair_gradient(job) : ROW_ACCEPTED;
 }
 
 row_verdict row_mps(row_job *job) { /* l = 2 d w / (lambda S_w)        [H11] eq. 7 */

@@ -68,11 +68,13 @@ static void published(const row_job *job, double speed, double beta, double *W) 
 }
 
 static method *const methods[] = {
-    [SCT_UPWIND_NONE] = NULL,
-    [SCT_UPWIND_EXACT] = exact,
-    [SCT_UPWIND_COSINE] = cosine,
-    [SCT_UPWIND_PUBLISHED] = published,
+    [SCT_UPWIND_NONE] = NULL,           [SCT_UPWIND_EXACT] = exact,  [SCT_UPWIND_COSINE] = cosine,
+    [SCT_UPWIND_PUBLISHED] = published, [SCT_UPWIND_LIMITED] = NULL,
 };
+
+bool row_is_limited(const row_job *job) {
+  return job->velocity != NULL && job->op->upwind == SCT_UPWIND_LIMITED;
+}
 
 void row_upwind_weight(const row_job *job, double *weight) {
   const double speed = speed_of(job);

@@ -182,6 +182,9 @@ sct_status sct_slope_build(const sct_stencil *stencil, const sct_fields *fields,
                            sct_slope **out, sct_error *err) {
   survey v = {.stencil = stencil, .fields = fields, .system = system};
   *out = NULL;
+  if (system->limited != NULL) {
+    return sct_fail(err, SCT_E_ARGUMENT, -1, "upwind limited has no slopes, take another");
+  }
   sct_status status = sct_alloc_zero(&v.slope, 1, sizeof *v.slope, err);
   if (status != SCT_OK) return status;
   v.slope->dim = sct_stencil_cloud(stencil)->dim;

@@ -74,6 +74,11 @@ static sct_status check_upwind(const sct_operator *op, sct_error *err) {
                     "upwind exact needs a kernel that falls at one spacing, %s is flat at 1/%g",
                     op->kernel->name, op->radius);
   }
+  if (op->upwind == SCT_UPWIND_LIMITED && op->scheme == SCT_LSMPS && op->degree > 2) {
+    return sct_fail(err, SCT_E_ARGUMENT, -1,
+                    "upwind limited is of second order and needs lsmps of degree 2, got %d",
+                    op->degree);
+  }
   if (op->upwind != SCT_UPWIND_PUBLISHED) return SCT_OK;
   if (op->scheme != SCT_MPS || strcmp(op->kernel->name, "center") != 0 || op->radius != 2) {
     return sct_fail(err, SCT_E_ARGUMENT, -1,

@@ -55,7 +55,10 @@ static bool render_stored(const ask *a, task *t, const void *bytes, size_t size,
   rendered out = {0};
   result stored;
   const doc *root = doc_from_cbor(bytes, size, &most, &arena, &error);
-  if (!root) (void)sct_fail(&t->error, SCT_E_ARGUMENT, -1, "a stored result: %s", error.text);
+  if (!root) {
+    const sct_status code = error.too_large ? SCT_E_MEMORY : SCT_E_ARGUMENT;
+    (void)sct_fail(&t->error, code, -1, "a stored result: %s", error.text);
+  }
   bool done = root && result_read(t, root, &stored) && render(t, &stored, &wish, &out, &refusal);
   if (done) {
     r->status = out.status;
@@ -190,7 +193,7 @@ static void answer_data(const ask *a, task *t, reply *r) {
     r->bytes = malloc(kept + 1);
     if (r->bytes && kept) memcpy(r->bytes, plain ? plain : a->body, kept);
     r->size = kept;
-    r->status = 200;
+    if (r->bytes) r->status = 200;
     snprintf(r->type, sizeof r->type, "%s", media_type(a->content));
   }
   free(plain);

@@ -65,6 +65,7 @@ typedef struct {
   size_t size;
   int64_t points;       /* of the cloud, 0 if there was none; for the log */
   int64_t memory_bytes; /* estimated peak, 0 if unknown */
+  char detail[200];     /* of a problem, as far as it fits; for the state of a job */
 } reply;
 
 /* Not a process: its body is to be kept under /data. CHECK reads it through, RUN also gives it back

@@ -14,12 +14,26 @@ void by_href_clear(by_href *b) {
 
 /* One value */
 
+/* Too much for a limit or for memory: no fault of the syntax, so 422 and not 400. */
+static void refuse_size(task *t, const item *at, const char *why) {
+  char *pointer = task_take(t, PROBLEM_POINTER, 1);
+  if (t->error.code) return;
+  item_pointer(at, pointer);
+  t->blame = pointer;
+  (void)sct_fail(&t->error, SCT_E_LIMIT, -1, "a value by reference: %s", why);
+}
+
 /* Reads bytes of any of our types. NULL with a complaint at `at`. */
 static const doc *decode(task *t, const item *at, media form, const void *bytes, size_t size) {
   const doc_limits most = {(int)t->limits->depth, t->limits->nodes, t->limits->decoded_bytes / 2};
   doc_arena *arena = NULL;
   doc_error error;
   const doc *value = doc_from(form, bytes, size, &most, &arena, &error);
+  if (!value && error.too_large) {
+    refuse_size(t, at, error.text);
+    doc_arena_free(&arena);
+    return NULL;
+  }
   if (!value) complain(t, at, "leads to %s that cannot be read: %s", media_type(form), error.text);
   if (value) doc_arena_adopt(t->by_href->arena, &arena);
   doc_arena_free(&arena);
@@ -60,13 +74,17 @@ static const doc *read_fetched(task *t, const item *at, const ask_fetched *got) 
   size_t size = got->size;
   if (got->coding != CODING_IDENTITY) {
     inflate_status status = inflate_bytes(got->coding, got->bytes, got->size, most, &plain, &size);
+    if (status == INFLATE_MEMORY || status == INFLATE_TOO_LARGE) {
+      refuse_size(t, at, inflate_text(status));
+      return NULL;
+    }
     if (status != INFLATE_OK) {
       complain(t, at, "leads to a body of which %s", inflate_text(status));
       return NULL;
     }
   }
   if (size > most) {
-    complain(t, at, "leads to %zu bytes, at most %zu are allowed", size, most);
+    refuse_size(t, at, "more bytes than decoded-bytes allows");
     free(plain);
     return NULL;
   }

@@ -153,6 +153,18 @@ static void write_peclet(emit *e, const diagnostics *d) {
   emit_end(e);
 }
 
+/* The defect correction of upwind limited. */
+static void write_correction(emit *e, const diagnostics *d) {
+  const sct_limited_report *r = &d->march.limited;
+  int64_t kept = r->iterations < SCT_LIMITED_HISTORY ? r->iterations : SCT_LIMITED_HISTORY;
+  member_integer(e, "iterations", r->iterations);
+  member_number(e, "residual", r->residual);
+  member_doubles(e, "residual_history", r->history, kept);
+  if (!d->is_transient) return;
+  member_integer(e, "iterations_most", r->most);
+  member_integer(e, "iterations_total", r->total);
+}
+
 /* What an iterative method tells, or told before a direct one took over. */
 static void write_iteration(emit *e, const sct_solve_report *solve) {
   if (!solve->krylov) return;
@@ -166,13 +178,18 @@ static void write_iteration(emit *e, const sct_solve_report *solve) {
   if (solve->fallback[0] != '\0') member_text(e, "fallback", solve->fallback);
 }
 
-static void write_solver(emit *e, const sct_solve_report *solve) {
+static void write_solver(emit *e, const diagnostics *d) {
+  const sct_solve_report *solve = &d->solve;
   if (!solve->method) return;
   member_object(e, "solver");
   member_text(e, "method", solve->method);
   member_text(e, "ordering", solve->ordering);
-  member_integer(e, "iterations", solve->iterations);
-  member_number(e, "residual", solve->residual);
+  if (d->system->limited) {
+    write_correction(e, d);
+  } else {
+    member_integer(e, "iterations", solve->iterations);
+    member_number(e, "residual", solve->residual);
+  }
   if (solve->reciprocal_condition > 0) {
     member_number(e, "reciprocal_condition", solve->reciprocal_condition);
   }
@@ -199,7 +216,7 @@ static void write_system(emit *e, const diagnostics *d) {
   member_integer(e, "widened", d->system->widened);
   member_integer(e, "fallback", d->system->fallback);
   member_integer(e, "loose", d->system->loose);
-  write_solver(e, &d->solve);
+  write_solver(e, d);
   if (d->is_transient) write_march(e, &d->march);
 }
 

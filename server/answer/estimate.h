@@ -8,9 +8,12 @@
  *   factors  200 n                          in 1-D
  *            n m^0.8 (44 log2 n - 300)      in 2-D
  *            n m^0.57 (720 + 1.12 n^(2/3))  in 3-D
- * The growth of the factors is that of nested dissection on planar and spatial graphs (n log n and
- * n^(4/3) [George 1973]) as far as n = 5e5 in 2-D; in 3-D, up to n = 1e5, measured as n^(5/3).
- * Proof: unit.estimate, tests/bench/bench_memory.py
+ *   limited  n (264 + 16 d + m (42 + 12 d))  upwind `limited`: acceleration, gradients, edges
+ *   iterative solver  3e7 + n (420 + 8 m)
+ * A run that falls back from it on factors may need more than was told. The growth of the factors
+ * is that of nested dissection on planar and spatial graphs (n log n and n^(4/3) [George 1973]) as
+ * far as n = 5e5 in 2-D; in 3-D, up to n = 1e5, measured as n^(5/3). Proof: unit.estimate,
+ * tests/bench/bench_memory.py
  */
 #ifndef SCATTERD_ESTIMATE_H
 #define SCATTERD_ESTIMATE_H
@@ -25,6 +28,10 @@ int64_t estimate_run(const task *t, const performance *f);
 int64_t estimate_points(int dim, int64_t n, const sct_operator *op);
 int64_t estimate_matrix(int dim, int64_t n, const sct_operator *op);
 int64_t estimate_factors(int dim, int64_t n, const sct_operator *op);
+int64_t estimate_limited(int dim, int64_t n, const sct_operator *op); /* 0 with another upwind */
+
+/* What solves the system: factors, or the iterative solver where `method` (NULL: auto) means it. */
+int64_t estimate_solver(int dim, int64_t n, const sct_operator *op, const char *method);
 
 /* Neighbours of a point of a lattice within the radius of the operator. */
 double estimate_neighbours(int dim, double radius);

@@ -172,8 +172,9 @@ static void check_child(task *t, child *c) {
   }
   stopwatch_start(&own.watch);
   perform_read(&own, c->process, c->body, &f);
-  if (own.error.code == SCT_E_MEMORY) t->error = own.error;
-  if (task_is_well(&own)) {
+  if (own.error.code == SCT_E_MEMORY || own.error.code == SCT_E_LIMIT) {
+    t->error = own.error;
+  } else if (task_is_well(&own)) {
     c->memory = estimate_run(&own, &f);
     c->points = own.cloud ? own.cloud->cloud.n : 0;
   } else {

@@ -64,8 +64,10 @@ static const double SUSPICIOUS = 1e-12;
 static sct_status factor(task *t, solve *s) {
   const sct_csr *a = s->system->matrix;
   if (sct_work_report(&t->work, "factor", 0, &t->error)) return t->error.code;
-  s->in.march.solve.is_equation = s->system->is_equation;
-  sct_status status = sct_solver_analyse(a, &s->in.march.solve, &s->solver, &t->error);
+  sct_solve_options options = s->in.march.solve;
+  options.is_equation = s->system->is_equation;
+  if (s->system->limited) sct_limited_relax(&options);
+  sct_status status = sct_solver_analyse(a, &options, &s->solver, &t->error);
   if (!status) status = sct_solver_factor(s->solver, a, &t->error);
   stopwatch_lap(&t->watch, LAP_FACTOR);
   bool is_suspicious = status == SCT_E_SINGULAR ||
@@ -78,14 +80,26 @@ static sct_status factor(task *t, solve *s) {
   return status;
 }
 
-static sct_status solve_steady(task *t, solve *s) {
+static sct_status solve_linear(task *t, solve *s) {
   const int64_t m = s->system->unknowns;
   double *b = task_take(t, m, sizeof *b), *x = task_take(t, m, sizeof *x);
-  if (!b || !x || factor(t, s)) return t->error.code;
-  if (sct_work_report(&t->work, "solve", 0, &t->error)) return t->error.code;
+  if (!b || !x) return t->error.code;
   sct_system_rhs(s->system, s->phi, b);
   if (sct_solver_solve(s->solver, b, false, x, &t->error)) return t->error.code;
   for (int64_t row = 0; row < m; row++) s->phi[s->system->point_of[row]] = x[row];
+  return SCT_OK;
+}
+
+static sct_status solve_limited(task *t, solve *s) {
+  return sct_limited_solve(s->system, s->solver, &s->in.march.limited, &t->work, s->phi,
+                           &s->march.limited, &t->error);
+}
+
+static sct_status solve_steady(task *t, solve *s) {
+  if (factor(t, s)) return t->error.code;
+  if (sct_work_report(&t->work, "solve", 0, &t->error)) return t->error.code;
+  const sct_status status = s->system->limited ? solve_limited(t, s) : solve_linear(t, s);
+  if (status) return status;
   s->solve = *sct_solver_report(s->solver);
   stopwatch_lap(&t->watch, LAP_SOLVE);
   return SCT_OK;
@@ -165,7 +179,8 @@ static int64_t memory_of_solve(const task *t, const void *state) {
   const int matrices = s->in.is_transient && !is_explicit ? 2 : 1;
   (void)t;
   return estimate_points(c->dim, c->n, op) + matrices * estimate_matrix(c->dim, c->n, op) +
-         (is_explicit ? 0 : estimate_factors(c->dim, c->n, op)) +
+         estimate_limited(c->dim, c->n, op) +
+         (is_explicit ? 0 : estimate_solver(c->dim, c->n, op, s->in.march.solve.method)) +
          s->in.march.saves * c->n * (int64_t)(sizeof(double) + SAVED_TEXT);
 }
 
@@ -191,6 +206,7 @@ static sct_status diagnose(task *t, solve *s) {
 sct_status solve_compute(task *t, solve *s) {
   sct_status status = prepare(t, s);
   if (!status) status = s->in.is_transient ? solve_in_time(t, s) : solve_steady(t, s);
+  if (status == SCT_E_CONVERGENCE) t->blame = "/inputs/solver";
   return status;
 }
 

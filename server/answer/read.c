@@ -97,6 +97,7 @@ void item_pointer(const item *at, char pointer[PROBLEM_POINTER]) {
 void complain(task *t, const item *at, const char *format, ...) {
   char pointer[PROBLEM_POINTER], detail[PROBLEM_TEXT];
   va_list list;
+  if (t->error.code == SCT_E_MEMORY) return; /* it may be about what could not be kept */
   va_start(list, format);
   vsnprintf(detail, sizeof detail, format, list);
   va_end(list);

@@ -34,7 +34,7 @@ void item_unwrap(item *it);
 /* Complains of members beside the value of an input that none of the above knows. */
 bool read_qualified(task *t, const item *it);
 
-/* A complaint about the value at `at`: "subject, got, needed". */
+/* A complaint about the value at `at`: "subject, got, needed"; none once memory ran out. */
 void complain(task *t, const item *at, const char *format, ...) SCT_PRINTF(3, 4);
 
 /* JSON pointer (RFC 6901) to an item; where it does not fit, to the last value around it that does.

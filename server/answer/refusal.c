@@ -9,6 +9,7 @@ void refuse(reply *r, const problem *p) {
   r->status = p->status;
   r->coding = CODING_IDENTITY;
   snprintf(r->type, sizeof r->type, "%s", media_type(MEDIA_PROBLEM));
+  snprintf(r->detail, sizeof r->detail, "%.*s", (int)sizeof r->detail - 1, p->detail);
   r->bytes = problem_bytes(p, &r->size);
 }
 

@@ -10,14 +10,14 @@
 
 /* Putting bytes */
 
-static bool out_of_memory(task *t) {
+bool render_no_memory(task *t) {
   (void)sct_fail(&t->error, SCT_E_MEMORY, -1, "no memory for the result");
   return false;
 }
 
 bool put(task *t, rendered *out, const void *bytes, size_t size) {
   char *room = grow_room(&out->bytes, size);
-  if (!room) return out_of_memory(t);
+  if (!room) return render_no_memory(t);
   if (size > 0) memcpy(room, bytes, size);
   out->bytes.size += size;
   return true;
@@ -31,6 +31,10 @@ bool put_text(task *t, rendered *out, const char *format, ...) {
   va_end(list);
   if (length >= (int)sizeof text) length = (int)sizeof text - 1; /* no text here is that long */
   return put(t, out, text, (size_t)length);
+}
+
+int32_t render_integer(double value) {
+  return value >= 0 && value <= INT32_MAX ? (int32_t)value : -1;
 }
 
 /* Forms */

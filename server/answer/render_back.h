@@ -19,6 +19,12 @@ bool render_in(task *t, const result *r, const result_output *one, media form, r
 /* The type one output has by itself. */
 media render_own_form(const result_output *one);
 
+/* A count as stored; what is none becomes -1. */
+int32_t render_integer(double value);
+
+/* False, with t->error set. */
+bool render_no_memory(task *t);
+
 /* Appends; false with t->error set when out of memory. */
 bool put(task *t, rendered *out, const void *bytes, size_t size);
 bool put_text(task *t, rendered *out, const char *format, ...) SCT_PRINTF(3, 4);

@@ -59,7 +59,7 @@ bool render_csv(task *t, const result *r, const result_output *one, rendered *ou
   const size_t most = row_room(&table);
   for (int64_t row = 0; row < table.rows && most > 2; row++) {
     char *to = grow_room(&out->bytes, most);
-    if (!to) return put(t, out, NULL, most); /* says what is wrong */
+    if (!to) return render_no_memory(t);
     out->bytes.size += (size_t)(print_row(to, &table, row) - to);
   }
   snprintf(out->type, sizeof out->type, "text/csv; charset=utf-8; header=present");

@@ -22,7 +22,7 @@ static void write_value(task *t, emit *e, const result_output *o) {
   }
   int32_t *value = task_take(t, d->count, sizeof *value);
   if (!value) return;
-  for (int64_t k = 0; k < d->count; k++) value[k] = (int32_t)d->data[k];
+  for (int64_t k = 0; k < d->count; k++) value[k] = render_integer(d->data[k]);
   emit_int32s(e, value, d->rank, d->shape);
 }
 

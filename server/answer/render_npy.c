@@ -36,7 +36,7 @@ static bool put_header(task *t, const doc *d, bool is_integer, rendered *out) {
 static bool put_integers(task *t, const doc *d, rendered *out) {
   int32_t *value = task_take(t, d->count, sizeof *value);
   if (!value) return false;
-  for (int64_t k = 0; k < d->count; k++) value[k] = (int32_t)d->data[k];
+  for (int64_t k = 0; k < d->count; k++) value[k] = render_integer(d->data[k]);
   return put(t, out, value, (size_t)d->count * sizeof *value);
 }
 

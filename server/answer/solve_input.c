@@ -50,7 +50,7 @@ static void read_time(task *t, const item *in, solve_input *s) {
   s->is_transient = time.doc != NULL;
   time_input_read(t, &time, &s->march);
   find_step(&time, s);
-  solver_input_read(t, &solver, &s->march.solve);
+  solver_input_read(t, &solver, &s->march);
   if (s->is_transient && !initial.doc) {
     complain(t, &initial, "is missing and required: with time the problem starts from it");
   }

@@ -66,7 +66,7 @@ static bool method_is_there(task *t, const item *method, const char *name) {
   return false;
 }
 
-bool solver_input_read(task *t, const item *it, sct_solve_options *solve) {
+bool solver_input_read(task *t, const item *it, sct_march_options *march) {
   enum { NAMES_MAX = 16 };
   static const char *const members[] = {"method", "tolerance", "max_iterations", "preconditioner",
                                         NULL};
@@ -76,6 +76,7 @@ bool solver_input_read(task *t, const item *it, sct_solve_options *solve) {
   item method = item_member(it, "method"), tolerance = item_member(it, "tolerance");
   item iterations = item_member(it, "max_iterations");
   item preconditioner = item_member(it, "preconditioner");
+  sct_solve_options *solve = &march->solve;
   int conditioned = 0;
   int64_t count = 0;
   int chosen = 0;
@@ -89,5 +90,6 @@ bool solver_input_read(task *t, const item *it, sct_solve_options *solve) {
   solve->method = names[chosen];
   solve->preconditioner = conditioned ? preconditioners[conditioned] : NULL;
   solve->max_iterations = count;
+  march->limited = (sct_limited_options){solve->tolerance, count};
   return good;
 }

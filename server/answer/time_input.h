@@ -9,7 +9,9 @@
  * (1). *march is zeroed where the input is absent. False with complaints. */
 bool time_input_read(task *t, const item *it, sct_march_options *march);
 
-/* Reads `solver`: the method, and for iterative ones tolerance, max_iterations and preconditioner. */
-bool solver_input_read(task *t, const item *it, sct_solve_options *solve);
+/* Reads `solver` into march->solve and march->limited, which of both will use what: the method, its
+ * tolerance, max_iterations and preconditioner. What is left out stays 0, the library's default.
+ * False with complaints. */
+bool solver_input_read(task *t, const item *it, sct_march_options *march);
 
 #endif

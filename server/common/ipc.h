@@ -67,6 +67,7 @@ typedef struct {
   int64_t size;         /* REPLY, CHECKPOINT, KEEP: bytes */
   int64_t points;       /* REPLY: of the cloud, 0 if there was none */
   int64_t memory_bytes; /* REPLY: estimated peak of the run, 0 if unknown */
+  char detail[200];     /* REPLY: what its problem says, as far as it fits */
 } ipc_news;
 
 /* What the front gives: with a descriptor when status is 200, else with the reason in `detail`. */

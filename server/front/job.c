@@ -11,7 +11,6 @@
 #include <unistd.h>
 
 #include "job_inner.h"
-#include "keep.h"
 
 double unix_now(void) {
   struct timespec t;
@@ -43,6 +42,7 @@ void job_free(job *c) {
   while (c->watches != NULL) job_watch_off(c->watches);
   if (c->body >= 0) close(c->body);
   if (c->checkpoint >= 0) close(c->checkpoint);
+  job_files_clear(c);
   free(c->extra);
   free(c->problem);
   free(c->events);
@@ -54,10 +54,6 @@ job *job_find(jobs *j, const char *id) {
   snprintf(key.row.id, sizeof key.row.id, "%s", id);
   job **found = tfind(&key, &j->by_id, by_id);
   return found != NULL ? *found : NULL;
-}
-
-void job_file(const job_row *row, const char *kind, char name[64]) {
-  snprintf(name, 64, "%s.%s", row->id, kind);
 }
 
 job_view job_look(const job *c) {
@@ -150,23 +146,21 @@ void job_tell(job *c, job_event_kind kind) {
 
 /* ---- Looking ---- */
 
+/* What cannot be stored yet is not told: the row is then as it was. */
 job_view jobs_view(jobs *j, const job_row *row) {
-  const job *c = job_find(j, row->id);
-  job_view view = {.row = *row};
-  if (c != NULL) view = job_look(c);
+  job *c = job_find(j, row->id);
+  job_view view = {.row = *row, .active = c};
+  if (c != NULL && !c->changed) view = job_look(c);
   if (job_state_is_final((job_state)view.row.state)) view.active = NULL;
   return view;
 }
 
 store_result jobs_find(jobs *j, const char *id, job_view *view) {
+  job_row row;
   jobs_flush(j);
-  const job *c = job_find(j, id);
-  if (c != NULL && c->row.number > 0) {
-    *view = jobs_view(j, &c->row);
-    return STORE_OK;
-  }
-  *view = (job_view){0};
-  return store_job(j->store, id, &view->row);
+  const store_result result = store_job(j->store, id, &row);
+  *view = result == STORE_OK ? jobs_view(j, &row) : (job_view){0};
+  return result;
 }
 
 typedef struct {
@@ -178,7 +172,7 @@ typedef struct {
 static bool visit_fresh(void *context, const job_row *row) {
   const refresh *r = context;
   const job *c = job_find(r->jobs, row->id);
-  return r->visit(r->context, c != NULL ? &c->row : row);
+  return r->visit(r->context, c != NULL && !c->changed ? &c->row : row);
 }
 
 store_result jobs_list(jobs *j, const store_filter *f, store_visit *visit, void *context) {
@@ -193,9 +187,7 @@ store *jobs_store(jobs *j) {
 }
 
 int jobs_result(jobs *j, const job_row *row) {
-  char name[64];
-  job_file(row, "result", name);
-  return keep_open(store_files(j->store), name);
+  return job_files_open(j, row, JOB_RESULT);
 }
 
 int64_t jobs_room(const jobs *j) {
@@ -293,13 +285,11 @@ static bool add_parts(job *c, const job_part *parts) {
 }
 
 store_result jobs_add(jobs *j, const job_order *order) {
-  char name[64];
   job *c = job_of_order(j, order);
   if (c == NULL) return STORE_FAILED;
-  job_file(&c->row, "request", name);
   store_result result = STORE_FAILED;
   if (!add_parts(c, order->parts)) goto failed;
-  if (!keep_file(store_files(j->store), name, order->body, (size_t)c->row.size)) {
+  if (!job_files_keep(c, JOB_REQUEST, order->body, (size_t)c->row.size)) {
     result = result_of_errno();
     goto failed;
   }
@@ -311,12 +301,9 @@ failed:
 }
 
 store_result jobs_add_answered(jobs *j, const job_order *order, const job_row *other) {
-  char from[64], to[64];
   job *c = job_of_order(j, order);
   if (c == NULL) return STORE_FAILED;
-  job_file(other, "result", from);
-  job_file(&c->row, "result", to);
-  if (!keep_link(store_files(j->store), from, to)) {
+  if (!job_files_copy(c, other)) {
     const store_result result = result_of_errno();
     job_free(c);
     return result;
@@ -346,17 +333,26 @@ static bool dismiss_part(void *context, const job_row *row) {
   return true;
 }
 
-/* One that is over: only its row is left to change, and its files. */
+static store_result write_dismissed(store *s, const job_row *row) {
+  store_result result = store_begin(s);
+  if (result == STORE_OK) result = store_update(s, row, NULL, 0);
+  if (result == STORE_OK) result = store_drop_small(s, row->number, -1);
+  if (result == STORE_OK) result = store_log(s, row->number, row->updated, "dismissed");
+  if (result == STORE_OK) result = store_commit(s);
+  if (result != STORE_OK) store_rollback(s);
+  return result;
+}
+
+/* One that is over: only its row is left to change, and its files. On a full disk these go first.
+ */
 static store_result dismiss_stored(jobs *j, const job_row *row, job_view *view) {
   view->row = *row;
   view->row.state = JOB_DISMISSED;
   view->row.updated = unix_now();
   snprintf(view->row.message, sizeof view->row.message, "dismissed");
-  store_result result = store_update(j->store, &view->row, NULL, 0);
-  job_drop_files(j, row, true);
-  if (result == STORE_FULL) result = store_update(j->store, &view->row, NULL, 0); /* now there is */
-  if (result == STORE_OK) (void)store_log(j->store, row->number, view->row.updated, "dismissed");
-  return result;
+  store_result result = write_dismissed(j->store, &view->row);
+  job_files_drop(j, row, true);
+  return result == STORE_FULL ? write_dismissed(j->store, &view->row) : result;
 }
 
 store_result jobs_dismiss(jobs *j, const job_row *row, job_view *view) {

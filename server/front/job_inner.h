@@ -12,6 +12,13 @@ typedef struct {
   job_event ring[JOB_EVENTS];
 } job_events;
 
+typedef enum { JOB_REQUEST, JOB_CHECKPOINT, JOB_RESULT, JOB_FILES } job_file;
+
+typedef struct {
+  char *bytes;
+  size_t size;
+} job_small;
+
 struct job {
   job_row row;
   jobs *all;
@@ -29,7 +36,8 @@ struct job {
   bool changed;
   job *next_changed;
   job_extra *extra; /* of a new one */
-  char *problem;    /* of a failed one */
+  job_small small[JOB_FILES];
+  char *problem; /* of a failed one */
   size_t problem_size;
   void (*stored)(void *self, const job_row *row, store_result result);
   void *stored_self;
@@ -65,7 +73,15 @@ void job_become(job *c, job_state state, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 void job_tell(job *c, job_event_kind kind); /* an event, and everybody who watches */
 job_view job_look(const job *c);
-void job_file(const job_row *row, const char *kind, char name[64]); /* "ID.result" */
+
+/* job_files.c */
+bool job_files_keep(job *c, job_file kind, int fd, size_t size); /* false with errno */
+bool job_files_copy(job *c, const job_row *from);                /* the result; false with errno */
+int job_files_open(jobs *j, const job_row *row, job_file kind);  /* -1 with errno */
+store_result job_files_write(job *c);                            /* within a transaction */
+void job_files_clear(job *c);                                    /* what is written */
+/* Forgets request and checkpoint, and the result with those of the parts. */
+void job_files_drop(jobs *j, const job_row *row, bool result);
 
 /* job_save.c: stores what changed */
 void job_save(job *c); /* at the end of this round */
@@ -79,7 +95,6 @@ void job_part_ended(job *part); /* its batch is told; once it is stored */
 void job_end_batch(job *batch); /* all its parts have ended */
 bool job_enqueue(job *c, bool first);
 void job_stop(job *c); /* off the queue or off its worker */
-void job_drop_files(jobs *j, const job_row *row, bool result);
 
 /* job_recover.c */
 bool jobs_recover(jobs *j, fault *why);

@@ -111,7 +111,7 @@ void jobs_expire(jobs *j) {
   if (e == NULL) return;
   if (store_expired(j->store, unix_now(), note, e) == STORE_OK) {
     for (int k = 0; k < e->count; k++) {
-      job_drop_files(j, &e->row[k], true);
+      job_files_drop(j, &e->row[k], true);
       if (store_remove(j->store, e->row[k].number) != STORE_OK) break;
       log_say(LOG_DEBUG, "expired", "job %s", e->row[k].id);
     }

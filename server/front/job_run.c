@@ -10,7 +10,6 @@
 #include <unistd.h>
 
 #include "job_inner.h"
-#include "keep.h"
 #include "log.h"
 #include "problem.h"
 
@@ -18,27 +17,6 @@ static const double weight_of_new = 0.05; /* in the mean time of a run */
 enum { PROBLEM_BYTES = 1 << 16 };
 
 /* ---- Files ---- */
-
-static bool drop_part(void *context, const job_row *row) {
-  job_drop_files(context, row, true);
-  return true;
-}
-
-void job_drop_files(jobs *j, const job_row *row, bool result) {
-  static const char *const kinds[] = {"request", "checkpoint", "result"};
-  char name[64];
-  for (int k = 0; k < (result ? 3 : 2); k++) {
-    job_file(row, kinds[k], name);
-    if (row->parent == 0 || k > 0) keep_drop(store_files(j->store), name);
-  }
-  if (!result || row->parts == 0 || row->number == 0) return;
-  store_filter parts = {.states = ~0u,
-                        .created_most = INFINITY,
-                        .has_parent = true,
-                        .parent = row->number,
-                        .limit = -1};
-  (void)store_list(j->store, &parts, drop_part, j);
-}
 
 /* A part of a file as a file of its own, in memory; -1 with errno. */
 static int slice(int from, int64_t offset, int64_t size) {
@@ -54,12 +32,10 @@ static int slice(int from, int64_t offset, int64_t size) {
 }
 
 static int open_request(const job *c) {
-  char name[64];
-  job_file(c->batch != NULL ? &c->batch->row : &c->row, "request", name);
-  const int file = keep_open(store_files(c->all->store), name);
-  if (file < 0 || c->batch == NULL) return file;
-  const int own = slice(file, c->row.offset, c->row.size);
-  close(file);
+  if (c->batch == NULL) return job_files_open(c->all, &c->row, JOB_REQUEST);
+  const int file = job_files_open(c->all, &c->batch->row, JOB_REQUEST);
+  const int own = file >= 0 ? slice(file, c->row.offset, c->row.size) : -1;
+  if (file >= 0) close(file);
   return own;
 }
 
@@ -96,9 +72,7 @@ static void retreat(job *c) {
 }
 
 static void keep_checkpoint(job *c, const ipc_news *news, int fd) {
-  char name[64];
-  job_file(&c->row, "checkpoint", name);
-  if (!keep_file(store_files(c->all->store), name, fd, (size_t)news->size)) {
+  if (!job_files_keep(c, JOB_CHECKPOINT, fd, (size_t)news->size)) {
     log_say(LOG_ERROR, "job", "%s: its checkpoint cannot be kept: %s", c->row.id, strerror(errno));
   }
   close(fd);
@@ -161,15 +135,14 @@ static void end_refused(job *c, const pool_outcome *o) {
     job_fail(c, 500, "the problem of the run cannot be read");
     return;
   }
-  take_problem(c, o->status, bytes, size, problem_phrase(o->status));
+  take_problem(c, o->status, bytes, size,
+               *o->detail != '\0' ? o->detail : problem_phrase(o->status));
 }
 
 static void end_replied(job *c, const pool_outcome *o) {
-  char name[64];
-  job_file(&c->row, "result", name);
   if (o->status != 200) {
     end_refused(c, o);
-  } else if (!keep_file(store_files(c->all->store), name, o->fd, o->size)) {
+  } else if (!job_files_keep(c, JOB_RESULT, o->fd, o->size)) {
     const bool full = errno == ENOSPC || errno == EDQUOT;
     job_fail(c, full ? 507 : 500, "the result cannot be kept: %s", strerror(errno));
   } else {
@@ -245,9 +218,7 @@ static ipc_ask ask_of(const job *c) {
 }
 
 static void open_checkpoint(job *c, ipc_ask *ask) {
-  char name[64];
-  job_file(&c->row, "checkpoint", name);
-  c->checkpoint = keep_open(store_files(c->all->store), name);
+  c->checkpoint = job_files_open(c->all, &c->row, JOB_CHECKPOINT);
   const off_t size = c->checkpoint >= 0 ? lseek(c->checkpoint, 0, SEEK_END) : 0;
   ask->checkpoint = size > 0 ? (int64_t)size : 0;
 }

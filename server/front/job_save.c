@@ -58,6 +58,7 @@ static store_result write_job(job *c) {
   const bool is_new = c->row.number == 0;
   store_result result =
       is_new ? add_new(c) : store_update(c->all->store, &c->row, c->problem, c->problem_size);
+  if (result == STORE_OK) result = job_files_write(c);
   if (result == STORE_OK) result = order_call(c);
   return result == STORE_OK && c->row.parent == 0 ? note(c) : result;
 }
@@ -107,7 +108,7 @@ static void begin_waiting(job *c) {
 static void end_for_good(job *c) {
   jobs *j = c->all;
   count(c);
-  job_drop_files(j, &c->row, c->row.state == JOB_DISMISSED);
+  job_files_drop(j, &c->row, c->row.state == JOB_DISMISSED);
   j->expiry = fmin(j->expiry, c->row.expires > 0 ? c->row.expires : INFINITY);
   job_part_ended(c);
   job_free(c);
@@ -117,6 +118,7 @@ static void settle(job *c) {
   jobs *j = c->all;
   const bool is_new = c->extra != NULL;
   c->changed = false;
+  job_files_clear(c);
   if (is_new) begin_waiting(c);
   if (j->told != NULL && c->row.subscribed) j->told(j->told_self);
   tell_stored(c, STORE_OK); /* may begin to watch it */
@@ -125,7 +127,7 @@ static void settle(job *c) {
 }
 
 static void refuse(job *c, store_result result) {
-  job_drop_files(c->all, &c->row, true);
+  job_files_drop(c->all, &c->row, true);
   while (c->parts != NULL) {
     job *part = c->parts;
     c->parts = part->sibling;

@@ -260,6 +260,7 @@ static bool take_reply(worker *w, const ipc_news *news, int fd) {
                              .points = news->points,
                              .memory_bytes = news->memory_bytes};
     memcpy(outcome.type, news->type, sizeof outcome.type - 1);
+    memcpy(outcome.detail, news->detail, sizeof outcome.detail - 1);
   } else if (fd >= 0) {
     return false;
   }

@@ -37,6 +37,7 @@ typedef struct {
   size_t size;          /* REPLY: bytes, present in fd */
   int64_t points;       /* REPLY: of the cloud, 0 if there was none */
   int64_t memory_bytes; /* REPLY: estimated peak, 0 if unknown */
+  char detail[200];     /* REPLY: of a problem, as far as it fits */
   pid_t worker;         /* 0 if none had it yet */
   double seconds;       /* on the worker */
   char phase[32];       /* last reported, "" if none */

@@ -65,6 +65,8 @@ static const char schema[] =
     "CREATE INDEX jobs_digest ON jobs(digest) WHERE digest <> '';"
     "CREATE TABLE calls(number INTEGER PRIMARY KEY AUTOINCREMENT, job INTEGER, kind INTEGER, "
     "attempts INTEGER, due REAL);"
+    "CREATE TABLE small(job INTEGER, kind INTEGER, bytes BLOB, PRIMARY KEY(job, kind)) "
+    "WITHOUT ROWID;"
     "CREATE TABLE log(job INTEGER, time REAL, text TEXT);"
     "CREATE INDEX log_job ON log(job);"
     "CREATE TABLE data(id TEXT PRIMARY KEY, type TEXT, size INTEGER, created REAL, expires REAL);"
@@ -101,6 +103,10 @@ typedef enum {
   UPDATE_CALL,
   REMOVE_CALL,
   REMOVE_CALLS,
+  ADD_SMALL,
+  SMALL,
+  DROP_SMALL,
+  REMOVE_SMALL,
   LOG,
   READ_LOG,
   ADD_DATA,
@@ -164,6 +170,12 @@ static const char *const statements[STATEMENTS] = {
     [UPDATE_CALL] = "UPDATE calls SET attempts = :attempts, due = :due WHERE number = :number",
     [REMOVE_CALL] = "DELETE FROM calls WHERE number = :number",
     [REMOVE_CALLS] = "DELETE FROM calls WHERE job = :number",
+    [ADD_SMALL] = "INSERT OR REPLACE INTO small(job, kind, bytes) VALUES(:number, :kind, :bytes)",
+    [SMALL] = "SELECT bytes FROM small WHERE job = :number AND kind = :kind",
+    [DROP_SMALL] = "DELETE FROM small WHERE job = :number AND (kind = :kind OR :kind < 0)",
+    [REMOVE_SMALL] =
+        "DELETE FROM small WHERE job = :number OR job IN "
+        "(SELECT number FROM jobs WHERE parent = :number AND parent > 0)",
     [LOG] = "INSERT INTO log VALUES(:number, :time, :text)",
     [READ_LOG] =
         "SELECT time, text FROM (SELECT rowid, time, text FROM log WHERE job = :number "
@@ -272,49 +284,62 @@ static void bind_real(store *s, statement k, const char *name, double value) {
   sqlite3_bind_double(s->statement[k], place(s, k, name), value);
 }
 
-static void bind_row(sqlite3_stmt *to, const job_row *row) {
-  for (int c = 0; c < COLUMNS; c++) {
-    const void *at = (const char *)row + columns[c].offset;
-    switch (columns[c].kind) {
-      case TEXT:
-        sqlite3_bind_text(to, c + 1, at, -1, SQLITE_STATIC);
-        break;
-      case INT:
-        sqlite3_bind_int(to, c + 1, *(const int *)at);
-        break;
-      case LONG:
-        sqlite3_bind_int64(to, c + 1, *(const int64_t *)at);
-        break;
-      case REAL:
-        sqlite3_bind_double(to, c + 1, *(const double *)at);
-        break;
-    }
-  }
+/* ---- Columns: one writer and one reader per kind ---- */
+
+static void put_text(sqlite3_stmt *to, int place_of, const void *at) {
+  sqlite3_bind_text(to, place_of, at, -1, SQLITE_STATIC);
 }
 
-static void get_text(sqlite3_stmt *from, int c, char *room, size_t size) {
+static void put_int(sqlite3_stmt *to, int place_of, const void *at) {
+  sqlite3_bind_int(to, place_of, *(const int *)at);
+}
+
+static void put_long(sqlite3_stmt *to, int place_of, const void *at) {
+  sqlite3_bind_int64(to, place_of, *(const int64_t *)at);
+}
+
+static void put_real(sqlite3_stmt *to, int place_of, const void *at) {
+  sqlite3_bind_double(to, place_of, *(const double *)at);
+}
+
+static void get_text(sqlite3_stmt *from, int c, void *room, size_t size) {
   const unsigned char *text = sqlite3_column_text(from, c);
   snprintf(room, size, "%s", text != NULL ? (const char *)text : "");
+}
+
+static void get_int(sqlite3_stmt *from, int c, void *room, size_t size) {
+  (void)size;
+  *(int *)room = sqlite3_column_int(from, c);
+}
+
+static void get_long(sqlite3_stmt *from, int c, void *room, size_t size) {
+  (void)size;
+  *(int64_t *)room = sqlite3_column_int64(from, c);
+}
+
+static void get_real(sqlite3_stmt *from, int c, void *room, size_t size) {
+  (void)size;
+  *(double *)room = sqlite3_column_double(from, c);
+}
+
+static const struct {
+  void (*put)(sqlite3_stmt *to, int place_of, const void *at);
+  void (*get)(sqlite3_stmt *from, int c, void *room, size_t size);
+} kinds[] = {[TEXT] = {put_text, get_text},
+             [INT] = {put_int, get_int},
+             [LONG] = {put_long, get_long},
+             [REAL] = {put_real, get_real}};
+
+static void bind_row(sqlite3_stmt *to, const job_row *row) {
+  for (int c = 0; c < COLUMNS; c++) {
+    kinds[columns[c].kind].put(to, c + 1, (const char *)row + columns[c].offset);
+  }
 }
 
 static void get_row(sqlite3_stmt *from, job_row *row) {
   *row = (job_row){.number = sqlite3_column_int64(from, COLUMNS)};
   for (int c = 0; c < COLUMNS; c++) {
-    void *at = (char *)row + columns[c].offset;
-    switch (columns[c].kind) {
-      case TEXT:
-        get_text(from, c, at, columns[c].size);
-        break;
-      case INT:
-        *(int *)at = sqlite3_column_int(from, c);
-        break;
-      case LONG:
-        *(int64_t *)at = sqlite3_column_int64(from, c);
-        break;
-      case REAL:
-        *(double *)at = sqlite3_column_double(from, c);
-        break;
-    }
+    kinds[columns[c].kind].get(from, c, (char *)row + columns[c].offset, columns[c].size);
   }
 }
 
@@ -510,17 +535,22 @@ store_result store_next_ended(store *s, int64_t parent, double after, job_row *r
   return fetch(s, NEXT_ENDED, row);
 }
 
-void *store_problem(store *s, int64_t number, size_t *size) {
-  void *copy = NULL;
-  bind_long(s, PROBLEM, ":number", number);
-  if (step(s, PROBLEM) == STORE_OK) {
-    const void *bytes = sqlite3_column_blob(s->statement[PROBLEM], 0);
-    *size = (size_t)sqlite3_column_bytes(s->statement[PROBLEM], 0);
-    if (bytes != NULL) copy = malloc(*size);
-    if (copy != NULL) memcpy(copy, bytes, *size);
+/* The blob of the row a bound statement gives, malloc'ed; never NULL for one of no bytes. */
+static void *fetch_blob(store *s, statement k, size_t *size) {
+  char *copy = NULL;
+  if (step(s, k) == STORE_OK && sqlite3_column_type(s->statement[k], 0) == SQLITE_BLOB) {
+    const void *bytes = sqlite3_column_blob(s->statement[k], 0);
+    *size = (size_t)sqlite3_column_bytes(s->statement[k], 0);
+    copy = malloc(*size + 1);
+    if (copy != NULL && *size > 0) memcpy(copy, bytes, *size);
   }
-  reset(s, PROBLEM);
+  reset(s, k);
   return copy;
+}
+
+void *store_problem(store *s, int64_t number, size_t *size) {
+  bind_long(s, PROBLEM, ":number", number);
+  return fetch_blob(s, PROBLEM, size);
 }
 
 store_result store_extra(store *s, int64_t number, job_extra *extra) {
@@ -556,8 +586,10 @@ store_result store_by_digest(store *s, const char *digest, double until, job_row
 }
 
 store_result store_remove(store *s, int64_t number) {
+  bind_long(s, REMOVE_SMALL, ":number", number);
+  store_result result = run(s, REMOVE_SMALL);
   bind_long(s, REMOVE, ":number", number);
-  const store_result result = run(s, REMOVE);
+  if (result == STORE_OK) result = run(s, REMOVE);
   if (result != STORE_OK) return result;
   bind_long(s, REMOVE_LOG, ":number", number);
   bind_long(s, REMOVE_CALLS, ":number", number);
@@ -648,6 +680,28 @@ store_result store_update_call(store *s, const job_call *call) {
 store_result store_remove_call(store *s, int64_t number) {
   bind_long(s, REMOVE_CALL, ":number", number);
   return run(s, REMOVE_CALL);
+}
+
+/* ---- Small bytes of jobs ---- */
+
+store_result store_add_small(store *s, int64_t job, int which, const void *bytes, size_t size) {
+  sqlite3_stmt *to = s->statement[ADD_SMALL];
+  bind_long(s, ADD_SMALL, ":number", job);
+  bind_long(s, ADD_SMALL, ":kind", which);
+  sqlite3_bind_blob64(to, place(s, ADD_SMALL, ":bytes"), bytes, size, SQLITE_STATIC);
+  return run(s, ADD_SMALL);
+}
+
+void *store_small(store *s, int64_t job, int which, size_t *size) {
+  bind_long(s, SMALL, ":number", job);
+  bind_long(s, SMALL, ":kind", which);
+  return fetch_blob(s, SMALL, size);
+}
+
+store_result store_drop_small(store *s, int64_t job, int which) {
+  bind_long(s, DROP_SMALL, ":number", job);
+  bind_long(s, DROP_SMALL, ":kind", which);
+  return run(s, DROP_SMALL);
 }
 
 /* ---- Log of a job ---- */

@@ -113,6 +113,16 @@ store_result store_calls(store *s, int most, store_call *visit, void *context);
 store_result store_update_call(store *s, const job_call *call);
 store_result store_remove_call(store *s, int64_t number);
 
+/* ---- Small bytes of jobs, by number and kind (`which`) ---- */
+
+store_result store_add_small(store *s, int64_t job, int which, const void *bytes, size_t size);
+
+/* malloc'ed; NULL if there are none. */
+void *store_small(store *s, int64_t job, int which, size_t *size);
+
+/* Forgets those of one kind, -1: all. */
+store_result store_drop_small(store *s, int64_t job, int which);
+
 /* ---- Log of a job ---- */
 
 store_result store_log(store *s, int64_t number, double time, const char *text);

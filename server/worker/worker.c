@@ -69,6 +69,7 @@ static bool send_reply(const reply *r) {
     news.status = r->status;
     news.size = (int64_t)r->size;
     snprintf(news.type, sizeof news.type, "%s", r->type);
+    memcpy(news.detail, r->detail, sizeof news.detail);
   }
   const bool sent = ipc_send(IPC_SOCKET, &news, sizeof news, fd);
   if (fd >= 0) close(fd);
@@ -214,7 +215,8 @@ int worker_main(void) {
   fault why;
   keep_memory();
   answer_prepare();
-  if (SANDBOXED && !sandbox_enter(&why)) fprintf(stderr, "scatterd: worker without sandbox: %s\n", why.text);
+  if (SANDBOXED && !sandbox_enter(&why))
+    fprintf(stderr, "scatterd: worker without sandbox: %s\n", why.text);
   if (!ipc_send(IPC_SOCKET, &ready, sizeof ready, -1)) {
     fputs("scatterd: a worker is started by the daemon only\n", stderr);
     return 2;

@@ -14,7 +14,7 @@ test('a job is followed to its result, which a link brings back', () => withPage
   await submit(page, daemon.url, { ...heat, time: { ...heat.time, step: 2e-5 } });
   await drawn(page, 441);
   await page.getByRole('link', { name: 'Jobs' }).click();
-  await page.getByText('successful').waitFor();
+  await page.locator('.status-successful').waitFor();
   await page.locator('.job-list a').first().click();
   await page.getByRole('img', { name: /Solution on 441 points/ }).waitFor();
   await pick(page, 'Colour').selectOption('error'); // the request is remembered

@@ -12,7 +12,7 @@ export const need = createRequire(join(web, 'package.json'));
 const { chromium } = need('playwright-core');
 
 /** Anything may take this long on a busy machine (milliseconds). */
-export const patience = 60_000;
+export const patience = Number(process.env.PATIENCE ?? 60_000);
 
 export function launch() {
   return chromium.launch({

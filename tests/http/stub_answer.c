@@ -3,9 +3,9 @@
  * "problem", "phase half 0.5 2" (reports, then sleeps), "nothing" (a reply of no bytes), "try open"
  * (says what the kernel says to an attempt that a sandbox must refuse).
  *
- * A check finds everything good but "bad"; "needs 1e9" is estimated at so many bytes, "call URL"
- * has a subscriber, "batch 3 sleep 1" is three requests "sleep 1 #0", "sleep 1 #1", ... A stored
- * result is what the run would reply; rendering it gives it back.
+ * A check finds everything good but "bad"; "needs 1e9 2" (s) is estimated at so many bytes, "call
+ * URL" has a subscriber, "batch 3 sleep 1" is three requests "sleep 1 #0", "sleep 1 #1", ... A
+ * stored result is what the run would reply; rendering it gives it back.
  */
 #include <errno.h>
 #include <fcntl.h>
@@ -86,7 +86,16 @@ static void do_problem(const ask *a, const char *text, reply *r) {
   problem_add(&p, "/inputs/boundary", "got no dirichlet entry, needs one");
   r->status = p.status;
   snprintf(r->type, sizeof r->type, "%s", media_type(MEDIA_PROBLEM));
+  snprintf(r->detail, sizeof r->detail, "%.199s", p.detail);
   r->bytes = problem_bytes(&p, &r->size);
+}
+
+/* "needs 1e9 0.5": sleeps so long. */
+static void do_needs(const ask *a, const char *text, reply *r) {
+  double seconds = 0;
+  (void)sscanf(text, "%*s %lf", &seconds);
+  pause_for(seconds);
+  echo(a, text, r);
 }
 
 static void do_phase(const ask *a, const char *text, reply *r) {
@@ -179,10 +188,10 @@ static void do_try(const ask *a, const char *text, reply *r) {
 static const struct {
   const char *word;
   void (*run)(const ask *a, const char *text, reply *r);
-} words[] = {{"sleep", do_sleep},     {"abort", do_abort}, {"exit", do_exit},
-             {"memory", do_memory},   {"hog", do_hog},     {"big", do_big},
-             {"problem", do_problem}, {"phase", do_phase}, {"nothing", do_nothing},
-             {"try", do_try},         {"fail", do_problem}};
+} words[] = {{"sleep", do_sleep},     {"abort", do_abort},  {"exit", do_exit},
+             {"memory", do_memory},   {"hog", do_hog},      {"big", do_big},
+             {"problem", do_problem}, {"phase", do_phase},  {"nothing", do_nothing},
+             {"try", do_try},         {"fail", do_problem}, {"needs", do_needs}};
 
 /* ---- Checks ---- */
 

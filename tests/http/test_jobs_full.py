@@ -39,6 +39,7 @@ class Full(daemon.Case):
         FLAG.touch()
         for _ in range(3):
             self.assert_problem(self.submit("no room"), 507, "full")
+            self.assert_problem(self.submit("no room" + 20000 * " "), 507, "full")
         self.assertEqual(self.execute("synchronous").body, b"synchronous")
         self.assertEqual(self.get("/healthz").status, 200)
         self.assert_problem(self.execute(b"x" * (2 << 20)), 507)
@@ -48,7 +49,7 @@ class Full(daemon.Case):
         self.assertEqual(self.status(reply.json["jobID"])["status"], "successful")
 
     def test_result(self):
-        job = self.submit("sleep 0.7").json["jobID"]
+        job = self.submit("sleep 0.7" + 20000 * " ").json["jobID"]
         daemon.wait_until(lambda: self.get(f"/jobs/{job}").json["status"] == "running", "its run")
         FLAG.touch()
         self.assertEqual(self.execute("sleep 1").status, 200)
@@ -56,6 +57,15 @@ class Full(daemon.Case):
         FLAG.unlink()
         self.assertEqual(self.status(job)["status"], "failed")
         self.assert_problem(self.get(f"/jobs/{job}/results"), 507, "result")
+
+    def test_a_small_result_is_stored_later(self):
+        job = self.submit("sleep 0.7").json["jobID"]
+        daemon.wait_until(lambda: self.get(f"/jobs/{job}").json["status"] == "running", "its run")
+        FLAG.touch()
+        self.assertEqual(self.execute("sleep 1").status, 200)
+        FLAG.unlink()
+        self.assertEqual(self.status(job)["status"], "successful")
+        self.assertEqual(self.get(f"/jobs/{job}/results").body, b"sleep 0.7")
 
     def test_the_end_is_stored_later(self):
         job = self.submit("big 100000").json["jobID"]

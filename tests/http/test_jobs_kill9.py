@@ -31,7 +31,7 @@ class Client(threading.Thread):
         count = 0
         while not self.stopped:
             server = self.server
-            body = f"job {self.name} {count}"
+            body = f"job {self.name} {count}" + (count % 2) * 20000 * " "  # small and large ones
             count += 1
             try:
                 reply = server.request("POST", daemon.EXECUTE, body, {"Prefer": "respond-async"})

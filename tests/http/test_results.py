@@ -205,7 +205,7 @@ class Results(daemon.Case):
 
     def test_too_large_is_refused_with_the_estimate(self):
         cloud = {"lattice": {"lower": [0, 0, 0], "upper": [1, 1, 1], "cells": [110, 110, 110]}}
-        body = {"inputs": {"cloud": cloud, "diffusivity": 1, "boundary": [
+        body = {"inputs": {"cloud": cloud, "diffusivity": 1, "solver": {"method": "direct"}, "boundary": [
             {"on": "boundary", "type": "dirichlet", "value": 0}]}}
         for prefer in ("", "respond-async"):
             self.assert_problem(self.run_sync("solve", body, Prefer=prefer), 422, "memory")

@@ -1,5 +1,6 @@
 /* The estimate of memory: what it counts with, and that it lies where peaks were measured
  * (tests/bench/memory.md). */
+#include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -9,6 +10,7 @@
 
 #include "asking.h"
 #include "estimate.h"
+#include "scatter/solve.h"
 
 static void test_neighbours(void **state) {
   (void)state;
@@ -41,7 +43,7 @@ static void test_order(void **state) {
 }
 
 /* Checks a solve on a lattice and returns its estimate. */
-static double estimate(int dim, int cells, const char *operator) {
+static double estimate(int dim, int cells, const char *operator, const char * method) {
   static const char *const corners[][2] = {{"0", "1"}, {"0,0", "1,1"}, {"0,0,0", "1,1,1"}};
   char body[1024], sides[64];
   limits most = asking_limits();
@@ -54,9 +56,10 @@ static double estimate(int dim, int cells, const char *operator) {
   const int length = snprintf(
       body, sizeof body,
       "{\"inputs\":{\"cloud\":{\"lattice\":{\"lower\":[%s],\"upper\":[%s],\"cells\":[%s]}},"
-      "\"operator\":%s,\"diffusivity\":1,\"boundary\":[{\"on\":\"boundary\",\"type\":\"dirichlet\","
+      "\"operator\":%s,\"solver\":{\"method\":\"%s\"},\"diffusivity\":1,\"boundary\":[{\"on\":"
+      "\"boundary\",\"type\":\"dirichlet\","
       "\"value\":0}]}}",
-      corners[dim - 1][0], corners[dim - 1][1], sides, operator);
+      corners[dim - 1][0], corners[dim - 1][1], sides, operator, method);
   const ask question = {
       .work = IPC_CHECK, .process = "solve", .body = body, .size = (size_t)length, .limits = &most};
   reply r;
@@ -85,15 +88,37 @@ static void test_size(void **state) {
               {3, 45, MPS, 1775.5}};
   for (size_t k = 0; k < sizeof rows / sizeof *rows; k++) {
     const double ratio =
-        estimate(rows[k].dim, rows[k].cells, rows[k].operator) / 1e6 / rows[k].peak;
+        estimate(rows[k].dim, rows[k].cells, rows[k].operator, "direct") / 1e6 / rows[k].peak;
     printf("%d-D %7d %-32s %8.1f MB, estimate / peak %.2f\n", rows[k].dim, rows[k].cells,
            rows[k].operator, rows[k].peak, ratio);
     assert_true(ratio > 0.98 && ratio < 1.5);
   }
 }
 
+static void test_iterative(void **state) {
+  (void)state;
+  static const struct {
+    int dim, cells;
+    const char *operator;
+    double peak; /* (MB) measured */
+  } rows[] = {{2, 200, LSMPS2, 94.4}, {2, 350, MPS, 176.4},   {2, 700, LSMPS2, 557.9},
+              {3, 20, LSMPS2, 63.2},  {3, 45, LSMPS2, 221.3}, {3, 45, MPS, 203.3},
+              {3, 30, LSMPS3, 156.6}};
+  if (sct_solver_load_iterative(NULL) != SCT_OK) skip();
+  for (size_t k = 0; k < sizeof rows / sizeof *rows; k++) {
+    const double told = estimate(rows[k].dim, rows[k].cells, rows[k].operator, "iterative") / 1e6;
+    printf("%d-D %7d %-32s %8.1f MB, estimate / peak %.2f\n", rows[k].dim, rows[k].cells,
+           rows[k].operator, rows[k].peak, told / rows[k].peak);
+    assert_true(told > 0.95 * rows[k].peak && told < 1.5 * rows[k].peak);
+  }
+  const double bytes = 100; /* by which the requests may differ */
+  assert_true(fabs(estimate(3, 45, LSMPS2, "auto") - estimate(3, 45, LSMPS2, "iterative")) < bytes);
+  assert_true(fabs(estimate(3, 10, LSMPS2, "auto") - estimate(3, 10, LSMPS2, "direct")) < bytes);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {cmocka_unit_test(test_neighbours),
-                                     cmocka_unit_test(test_order), cmocka_unit_test(test_size)};
+                                     cmocka_unit_test(test_order), cmocka_unit_test(test_size),
+                                     cmocka_unit_test(test_iterative)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -185,6 +185,16 @@ static void test_reply_coding(void **state) {
   }
 }
 
+static void test_coding_taken(void **state) {
+  (void)state;
+  assert_true(coding_accepts("gzip, deflate, br, zstd", CODING_GZIP));
+  assert_true(coding_accepts("br, x-gzip;q=0.1", CODING_GZIP));
+  assert_false(coding_accepts("zstd, gzip;q=0", CODING_GZIP));
+  assert_false(coding_accepts("*", CODING_GZIP));
+  assert_false(coding_accepts("br", CODING_GZIP));
+  assert_false(coding_accepts(NULL, CODING_GZIP));
+}
+
 static void test_tables(void **state) {
   (void)state;
   assert_string_equal(media_type(MEDIA_PROBLEM), "application/problem+json");
@@ -197,7 +207,7 @@ int main(void) {
       cmocka_unit_test(test_quality_values), cmocka_unit_test(test_choose),
       cmocka_unit_test(test_names),          cmocka_unit_test(test_body_type),
       cmocka_unit_test(test_body_coding),    cmocka_unit_test(test_reply_coding),
-      cmocka_unit_test(test_tables),
+      cmocka_unit_test(test_coding_taken),   cmocka_unit_test(test_tables),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -101,7 +101,7 @@ static sct_flow *run(sct_flow_case *c, int threads) {
 }
 
 /* The cloud stays good and the divergence is rounding, in all of the history. */
-static void expect_good_cloud(const sct_flow *f) {
+static void expect_good_cloud(const sct_flow *f, double most_empty) {
   const sct_flow_sample *h;
   const int64_t n = sct_flow_history(f, &h);
   const double cells = (double)sct_flow_reports(f).cells;
@@ -111,7 +111,7 @@ static void expect_good_cloud(const sct_flow *f) {
     assert_true(fabs(h[k].particles / cells - 1) <= 0.1);
     assert_true(h[k].speed < 2);
     if (k < n / 10) continue;
-    assert_true(h[k].empty <= 0.18); /* in the mean over time below: 0.16 */
+    assert_true(h[k].empty <= most_empty + 0.04); /* on average over time: below */
     assert_true(h[k].nearest_1 >= 0.55);
     assert_true(h[k].limited < 1e-3);
   }
@@ -120,7 +120,8 @@ static void expect_good_cloud(const sct_flow *f) {
     empty += h[k].empty / (double)(n - n / 2);
     nearest += h[k].nearest_1 / (double)(n - n / 2);
   }
-  assert_true(empty <= 0.16);
+  printf("  empty cells %.3f, nearest neighbour (1 %%) %.3f spacings\n", empty, nearest);
+  assert_true(empty <= most_empty);
   assert_true(nearest >= 0.6);
 }
 
@@ -158,7 +159,7 @@ static cavity_errors cavity(int64_t cells, sct_scheme scheme, sct_flow_walls wal
       (int)cells, sct_scheme_name(scheme), sct_flow_walls_name(walls), 100 * e.circulation, e.u,
       e.v, e.in_time, vortex.x, vortex.y);
   if (scheme == SCT_IPS) {
-    expect_good_cloud(f);
+    expect_good_cloud(f, 0.16);
     assert_near(vortex.x, 0.6155, 0.02);
     assert_near(vortex.y, 0.7373, 0.02);
   }
@@ -207,7 +208,7 @@ static void step(double clustering, double low, double high, double most) {
   printf("step 10, clustering %g: reattachment %.3f, rms %.4f\n", clustering, length, sqrt(sum));
   assert_true(length > low && length < high);
   assert_true(sqrt(sum) < most);
-  expect_good_cloud(f);
+  expect_good_cloud(f, clustering > 0 ? 0.2 : 0.16); /* cells at walls flatter than the spacing */
   sct_flow_free(&f);
   sct_flow_case_clear(&c);
 }

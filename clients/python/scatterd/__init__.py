@@ -15,6 +15,7 @@
 
 from .client import Client
 from .errors import Culprit, ScatterdError, UnreachableError
+from .flow import Flow
 from .lattice import lattice_points
 from .plotting import plot
 from .problem import cloud, dirichlet, lattice, neumann, robin
@@ -25,6 +26,7 @@ __version__ = "0.1.0"
 __all__ = [
     "Client",
     "Culprit",
+    "Flow",
     "Record",
     "Result",
     "ScatterdError",

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from . import wire
 from .errors import ScatterdError
+from .flow import Flow
 from .problem import Field
 from .result import Result
 from .study import Study
@@ -137,7 +138,7 @@ class Client:
 
         Args:
             case: laplace, smooth, gartland, smith-hutton, skew, three-point, sine-1d, sine-2d,
-                sine-3d, diffusion-1d, diffusion-2d or diffusion-3d; `process("study")` describes
+                sine-3d, diffusion-1d, diffusion-2d, diffusion-3d, cavity or step; `process("study")` describes
                 them and their defaults.
             cells: cells per unit of length of each mesh.
             operator: members that differ from the operator of the case.
@@ -149,6 +150,46 @@ class Client:
             report; `plot()` draws the convergence.
         """
         return self.execute("study", given(locals()), outputs, Study)
+
+    def flow(
+        self,
+        case: str | None = None,
+        *,
+        domain: Mapping | None = None,
+        cells: int | None = None,
+        reynolds: float | None = None,
+        viscosity: float | None = None,
+        end: float | None = None,
+        operator: Mapping | None = None,
+        grading: Mapping | None = None,
+        walls: str | None = None,
+        scalar: Mapping | None = None,
+        parameters: Mapping[str, float] | None = None,
+        save: Sequence[float] | None = None,
+        outputs: Sequence[str] | None = None,
+        **others: Any,
+    ) -> Flow:
+        """Incompressible flow in two dimensions on moving particles.
+
+        Args:
+            case: cavity or step; or
+            domain: {"fluid": boxes, "solid": boxes, "sides": [...], "spacing": h} with viscosity
+                and end.
+            cells: per side of the cavity, or over the height of the step's inlet.
+            operator: scheme ps, ips, ipsn or lsmps.
+            grading: {"clustering": 0.3} for a mesh that is finer at walls.
+            walls: points or mirror.
+            scalar: {"diffusivity": .., "initial": ..}, a scalar that rides along.
+            save: times of snapshots.
+            others: further inputs, which `process("flow")` describes.
+
+        Returns:
+            particles [n][2], velocity [n][2], wall_points, mesh, profiles, vortex, history,
+            summary, report, and where there are such scalar, snapshots, reattachment;
+            `save_series()` writes them for ParaView.
+        """
+        inputs = {key: value for key, value in locals().items() if key != "others"}
+        return self.execute("flow", {**given(inputs), **others}, outputs, Flow)
 
     def echo(
         self,

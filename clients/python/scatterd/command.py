@@ -13,6 +13,7 @@ import numpy
 from .client import DEFAULT_URL, Client
 from .errors import ScatterdError
 from .plotting import plot
+from .flow import Flow
 from .result import Result
 from .saving import WRITERS, leaves, save
 from .study import Study
@@ -22,6 +23,7 @@ PROCESSES = {
     "apply": "apply the particle operators to a field",
     "diagnose": "tell what a cloud does to the operators",
     "study": "run a published test problem on several meshes",
+    "flow": "incompressible flow on moving particles",
     "echo": "get back what is sent",
 }
 
@@ -122,7 +124,7 @@ def read_request(name: str) -> dict:
     return request
 
 
-KINDS = {"study": Study}
+KINDS = {"study": Study, "flow": Flow}
 
 
 def summary(result: Result) -> Iterator[str]:

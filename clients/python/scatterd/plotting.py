@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
 FIELDS = ("solution", "laplacian", "value", "number_density", "neighbours")
 DOTS_UP_TO = 1500  #: more points than this are not drawn over the colours
+LINES = ("#31688e", "#d1495b", "#4a7c59", "#c98a1b", "#7b4b94")
 LONG = 3.0  #: a triangle with an edge longer than this many spacings bridges a hole
 
 
@@ -61,8 +62,9 @@ def plot(
 
 def points_of(result: Result) -> numpy.ndarray:
     """Points of a result, or those its request gave."""
-    if "points" in result:
-        return result["points"]
+    for name in ("points", "particles"):
+        if name in result:
+            return result[name]
     cloud = result.request_inputs.get("cloud", {})
     cloud = cloud.get("value", cloud)
     if "points" in cloud:
@@ -103,9 +105,12 @@ def new_axes(dim: int, screen: bool) -> "Axes":
 def draw_line(axes: "Axes", x: numpy.ndarray, values: numpy.ndarray, name: str) -> None:
     order = numpy.argsort(x[:, 0])
     marker = "." if len(x) <= 200 else ""
-    axes.plot(x[order, 0], values[order], color="#31688e", marker=marker, linewidth=1.5)
-    axes.set(xlabel="x", ylabel=name)
+    colour = LINES[len(axes.lines) % len(LINES)]
+    axes.plot(x[order, 0], values[order], color=colour, marker=marker, linewidth=1.5, label=name)
     axes.grid(alpha=0.3)
+    axes.set(xlabel="x", ylabel=name if len(axes.lines) == 1 else "")
+    if len(axes.lines) > 1:
+        axes.legend()
 
 
 def draw_plane(axes: "Axes", x: numpy.ndarray, values: numpy.ndarray, name: str) -> None:
@@ -137,6 +142,10 @@ def triangulation(x: numpy.ndarray) -> Any:
     for k in range(3):
         for end in (corners, numpy.roll(corners, 1, axis=1)):
             numpy.minimum.at(spacing, end[:, k], sides[:, k])
+    for _ in range(2):  # the widest around: strewn points have some that nearly touch
+        around = spacing[corners].max(axis=1)
+        for k in range(3):
+            numpy.maximum.at(spacing, corners[:, k], around)
     too_long = sides.max(axis=1) > LONG * spacing[corners].mean(axis=1)
     if too_long.all():
         return None
@@ -160,3 +169,13 @@ def nearest_octant(x: numpy.ndarray) -> numpy.ndarray:
     """Points in the eighth of the box next to the eye, left out to show what is inside."""
     middle = (x.min(axis=0) + x.max(axis=0)) / 2
     return (x[:, 0] > middle[0]) & (x[:, 1] < middle[1]) & (x[:, 2] > middle[2])
+
+
+def label_decades(axes: "Axes") -> None:
+    """Ticks within the decades of a logarithmic y axis that spans few of them."""
+    from matplotlib.ticker import FuncFormatter, LogLocator
+
+    low, high = axes.get_ylim()
+    if high / low < 500:
+        axes.yaxis.set_major_locator(LogLocator(subs=range(1, 10) if high / low < 10 else (1, 2, 5)))
+        axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))

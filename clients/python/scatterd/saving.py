@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 TENSORS = {1: ["xx"], 2: ["xx", "yy", "xy"], 3: ["xx", "yy", "zz", "xy", "xz", "yz"]}
 TENSOR = "effective_diffusivity"
+PLACES = ("points", "particles")
 
 
 def save(result: "Result", file: str, output: str | None = None) -> None:
@@ -32,7 +33,7 @@ def save(result: "Result", file: str, output: str | None = None) -> None:
 def fields(outputs: dict, count: int) -> Iterator[tuple[str, numpy.ndarray]]:
     """Outputs with a value per point, [n][k] each."""
     for name, value in outputs.items():
-        is_field = isinstance(value, numpy.ndarray) and name != "points" and len(value) == count
+        is_field = isinstance(value, numpy.ndarray) and name not in PLACES and len(value) == count
         if is_field and value.dtype.kind in "fiu":
             yield name, value.reshape(count, -1)
 

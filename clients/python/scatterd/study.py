@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Iterator
 
 import numpy
 
-from .plotting import new_axes
+from .plotting import label_decades, new_axes
 from .result import Result
 
 if TYPE_CHECKING:
@@ -71,6 +71,7 @@ class Study(Result):
         ticks = sorted(set(cells))
         axes.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
         axes.minorticks_off()
+        label_decades(axes)
         axes.grid(alpha=0.3)
         axes.legend()
         axes.set_title(title or self["reference"]["title"] if "reference" in self else title or "")

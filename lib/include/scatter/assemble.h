@@ -40,6 +40,7 @@ typedef struct {
  *   condition rows   c phi_i + sum_j n . g_ij (phi_j - phi_i) = value
  * (2) is the pair form of div(mu grad phi): for any row that is exact for quadratics it equals
  * mu lap phi + grad mu . grad phi, and it keeps the sign of l_ij.
+ * With upwind `limited`, a_ij = (mu_i + mu_j)/2 l_ij + 2 max(0, -u_i . g_ij): the first-order part.
  * Dirichlet points are eliminated: matrix holds the columns of unknowns, coupling those of
  * Dirichlet points, so that b = load - coupling phi. */
 typedef struct {
@@ -50,14 +51,16 @@ typedef struct {
   sct_csr *matrix;      /* unknowns x unknowns */
   sct_csr *coupling;    /* unknowns x n */
   double *load;         /* [unknowns] s_i, or the condition's value */
-  int64_t widened;      /* points whose support was widened */
-  int64_t fallback;     /* points whose row is of another scheme or degree */
-  int64_t loose;        /* points whose row is far from that of an M-matrix */
+  /* upwind `limited`: what is to be added to the matrix (limited.h), else NULL */
+  struct sct_limited *limited;
+  int64_t widened;  /* points whose support was widened */
+  int64_t fallback; /* points whose row is of another scheme or degree */
+  int64_t loose;    /* points whose row is far from that of an M-matrix */
 } sct_system;
 
 /* Assembles. SCT_E_ARGUMENT (negative diffusivity, zero normal, no unknown: err->point),
  * SCT_E_NOT_FINITE, SCT_E_DEFICIENT with all points concerned, SCT_E_MEMORY. *system is NULL on
- * failure. Cost O(entries). Proof: verify.assemble */
+ * failure. Cost O(entries). Proof: verify.assemble, verify.order, verify.monotone */
 SCT_NODISCARD sct_status sct_system_build(const sct_stencil *stencil, const sct_fields *fields,
                                           const sct_boundary *boundary, const sct_work *work,
                                           sct_system **system, sct_error *err);

@@ -3,6 +3,7 @@
 #define SCATTER_MARCH_H
 
 #include "scatter/assemble.h"
+#include "scatter/limited.h"
 #include "scatter/solve.h"
 
 #ifdef __cplusplus
@@ -15,6 +16,8 @@ extern "C" {
  * crank-nicolson  (I + dt/2 A') phi' = (I - dt/2 A) phi + dt/2 (b + b')
  * bdf2            variable step; starts with one backward Euler step, and starts again after a step
  *                 more than twice as long as the one before
+ * With upwind `limited` (a system that has one) A phi is A phi - q(phi) of limited.h: implicit
+ * steps are solved by its iteration, from the old values, with the factors of the first-order part.
  * Condition rows hold at the new time in every scheme: as algebraic rows of the implicit ones, by a
  * solve among themselves after the equation rows in forward Euler. Schemes that use the rate at the
  * old time (forward Euler, Crank-Nicolson) do the same to the initial values for their first rate.
@@ -33,7 +36,8 @@ sct_march_method sct_march_find(const char *name);   /* SCT_MARCH_COUNT if there
 /* What sct_march_tangent and sct_march_adjoint need of a march that was (adjoint.h): the levels it
  * went through, and, if `keeps_values`, phi at each. Zeroed but for the two settings before it is
  * handed to a march; sct_tape_clear frees what that put there. A tape of more than most_bytes is
- * SCT_E_LIMIT before the first step. */
+ * SCT_E_LIMIT before the first step, one of upwind `limited`, which
+ * has no derivative, SCT_E_ARGUMENT. */
 typedef struct {
   bool keeps_values;  /* needed where matrix entries depend on what is differentiated by */
   int64_t most_bytes; /* 0: any number */
@@ -54,6 +58,7 @@ typedef struct {
   int64_t saves;
   int64_t max_steps;       /* more than this: SCT_E_LIMIT before the first step; 0: any number */
   sct_solve_options solve; /* of the step matrices */
+  sct_limited_options limited; /* of the iteration in a step, upwind `limited` only */
   sct_tape *tape;          /* records the march; NULL: nothing is recorded */
 } sct_march_options;
 
@@ -78,17 +83,19 @@ typedef struct {
   double step;        /* (time) largest step taken */
   double stable_step; /* (time) least bound of forward Euler met; 0: not needed, not computed */
   int64_t factorisations;
-  sct_solve_report solve; /* of the last solve; zeroes if there was none */
+  sct_solve_report solve;     /* of the last solve; zeroes if there was none */
+  sct_limited_report limited; /* upwind `limited` only */
 } sct_march_report;
 
 /* Largest stable explicit step of the equation rows, by Gershgorin's discs,
  *   dt = min_i 2 / (A_ii + sum_(j != i) |A_ij|) = min_i 2 / (sum_j a_ij + k_i + sum_j |a_ij|)
  * over the columns of matrix and coupling; for ps this is [H16] eq. 39d, 44c, 48c with C_D = 1, the
  * minimum taken. `point` (may be NULL) gets the point that sets it, or -1. Infinity if no row
- * bounds it. Where all a_ij >= 0 this is sufficient and nearly necessary; it bounds real
- * eigenvalues only, so convection without upwinding beyond a cell Peclet number |u| h / mu of 2 is
- * not stable up to it (in one dimension it also needs dt <= 2 mu / u^2), which the march sees by
- * growth. Cost O(entries). Proof: unit.march */
+ * bounds it. With upwind `limited` each disc has sct_limited_reach more: a step that keeps the
+ * bounds. Where all a_ij >= 0 this is sufficient and nearly necessary; it bounds real eigenvalues
+ * only, so convection without upwinding beyond a cell Peclet number |u| h / mu of 2 is not stable
+ * up to it (in one dimension it also needs dt <= 2 mu / u^2), which the march sees by growth. Cost
+ * O(entries). Proof: unit.march */
 double sct_march_stable_step(const sct_system *system, int64_t *point);
 
 /* Marches phi [n], the initial values (Dirichlet points: theirs), in place from start to end;
@@ -100,6 +107,7 @@ double sct_march_stable_step(const sct_system *system, int64_t *point);
  * SCT_E_ARGUMENT (times, step, scheme, a system that changed its size), SCT_E_LIMIT (steps),
  * SCT_E_MEMORY, SCT_E_CANCELLED, what the callbacks return;
  * SCT_E_NOT_FINITE (initial values, matrix, loads, Dirichlet values: with the point);
+ * SCT_E_CONVERGENCE (upwind `limited`: a step whose iteration stagnates);
  * SCT_E_SINGULAR of the step matrix, or for forward Euler of the condition rows among themselves;
  * SCT_E_UNSTABLE if a forward Euler step exceeds the stable one (with the point and both steps), or
  * if |phi| exceeds 1e6 times what the data account for by the maximum principle - initial and

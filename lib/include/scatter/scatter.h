@@ -10,6 +10,7 @@
 #include "scatter/flow.h"     /* flow on moving particles */
 #include "scatter/flow_case.h" /* cavity and step */
 #include "scatter/kernel.h"   /* weights */
+#include "scatter/limited.h"  /* convection by slope-limited edges */
 #include "scatter/march.h"    /* or marched in time */
 #include "scatter/search.h"   /* neighbours */
 #include "scatter/slope.h"    /* how a system changes with its data */

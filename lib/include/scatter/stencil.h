@@ -36,13 +36,18 @@ extern "C" {
  *   cosine     w (1 - beta c)
  *   published  w - (16/5) (h/L) (|u|/U) beta(s gamma) c |c| / |w'(1/2)|, what [H11] ran; scheme
  *              mps, kernel center, radius 2 only. Dimensionally inconsistent: for reproduction.
- * mps and ps use it in the sum, S_w stays that of w; the matrix schemes use it in M and b of a
- * gradient of first degree. */
-#define SCT_UPWIND_LIST(X)       \
-  X(SCT_UPWIND_NONE, "none")     \
-  X(SCT_UPWIND_EXACT, "exact")   \
-  X(SCT_UPWIND_COSINE, "cosine") \
-  X(SCT_UPWIND_PUBLISHED, "published")
+ *   limited    w, in a linear fit whose constant is free, for every scheme: sum_j g_ij = 0. Only
+ *              its upwind half goes into a matrix, limited.h adds the rest; not for lsmps above
+ *              degree 2.
+ * mps and ps use W in the sum, S_w stays that of w; the matrix schemes use it in M and b of a
+ * gradient of first degree. With `limited` normal derivatives are linear for lsmps too: their
+ * weights have the right sign, or nearly so. */
+#define SCT_UPWIND_LIST(X)             \
+  X(SCT_UPWIND_NONE, "none")           \
+  X(SCT_UPWIND_EXACT, "exact")         \
+  X(SCT_UPWIND_COSINE, "cosine")       \
+  X(SCT_UPWIND_PUBLISHED, "published") \
+  X(SCT_UPWIND_LIMITED, "limited")
 
 /* S_w and lambda of the point itself, or of a complete lattice neighbourhood of spacing h. */
 #define SCT_DENSITY_LIST(X)     \
@@ -112,7 +117,13 @@ double sct_stencil_spacing(const sct_stencil *stencil);
 
 /* What to compute of a row. SCT_ROW_SOLVE says that the Laplacian is to be solved with, which is
  * asked more of than one to be evaluated; a normal derivative always is. */
-enum { SCT_ROW_GRADIENT = 1, SCT_ROW_LAPLACIAN = 2, SCT_ROW_SOLVE = 4, SCT_ROW_NORMAL = 8 };
+enum {
+  SCT_ROW_GRADIENT = 1,
+  SCT_ROW_LAPLACIAN = 2,
+  SCT_ROW_SOLVE = 4,
+  SCT_ROW_NORMAL = 8,
+  SCT_ROW_LINEAR = 16 /* with SCT_ROW_GRADIENT: mps and ps take the gradient of ips */
+};
 
 typedef struct {
   int want;               /* SCT_ROW_*, SCT_ROW_NORMAL not with SCT_ROW_LAPLACIAN */
@@ -157,7 +168,8 @@ void sct_room_free(sct_room **room);
  * limit of neighbours); then a fit is tried with weight w on the same supports, and of all the fits
  * so far the one with the least such quotient is taken if that is at most 15: it is still exact for
  * its degree. If there is none, a fit of degree 2 and last an ips row stand in for lsmps; else
- * SCT_E_DEFICIENT. Proof: verify.stencil (exactness), unit.stencil (degenerate neighbourhoods) */
+ * SCT_E_DEFICIENT. Proof: verify.stencil (exactness), verify.order (orders, also one-sided and at
+ * voids), verify.monotone (signs), unit.stencil (degenerate neighbourhoods) */
 SCT_NODISCARD sct_status sct_stencil_row(const sct_stencil *stencil, int64_t i,
                                          const sct_row_request *request, sct_room *room,
                                          sct_row *row, sct_error *err);

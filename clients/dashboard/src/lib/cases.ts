@@ -107,7 +107,7 @@ export const cases: Case[] = [
       return Math.min(1, 0.08 + 1.1 * psi + 0.9 * y ** 14);
     },
     process: 'flow',
-    inputs: { case: 'cavity', cells: 20, reynolds: 100, end: 5 },
+    inputs: { case: 'cavity', cells: 24, reynolds: 100, end: 6, save: [0.5, 1, 1.5, 2, 2.5, 3, 3.5, 4, 4.5, 5, 5.5, 6] },
   },
   {
     id: 'step',
@@ -122,7 +122,7 @@ export const cases: Case[] = [
       return s < 0 ? 0.06 : Math.max(0.06, (4 * s * (1 - s) * 0.5) / width);
     },
     process: 'flow',
-    inputs: { case: 'step', cells: 10, reynolds: 100, end: 10 },
+    inputs: { case: 'step', cells: 9, reynolds: 100, end: 12, save: [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12] },
   },
 ];
 

@@ -1,7 +1,7 @@
 /** The daemon that served this page, and whether it answers. */
 
 import { useEffect, useState } from 'preact/hooks';
-import { Client, UnreachableError, type ProcessDescription } from 'scatterd';
+import { Client, ProblemError, UnreachableError, type ProcessDescription } from 'scatterd';
 
 export const client = new Client(new URL('.', document.baseURI.split('#')[0]));
 export const base = client.base.href;
@@ -63,9 +63,13 @@ let jobs: Promise<boolean> | undefined;
 
 /** Does this daemon know jobs? */
 export function hasJobs(): Promise<boolean> {
-  jobs ??= client.get<{ conformsTo: string[] }>('conformance').then(({ conformsTo }) =>
-    conformsTo.some((name) => name.endsWith('/conf/job-list')));
-  jobs.catch(() => (jobs = undefined));
+  jobs ??= client.jobs({ limit: 1 }).then(
+    () => true,
+    (error) => {
+      if (!(error instanceof ProblemError && error.status === 404)) jobs = undefined;
+      return false;
+    },
+  );
   return jobs;
 }
 

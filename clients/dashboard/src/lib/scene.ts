@@ -34,6 +34,8 @@ export interface Scene {
   times?: Float64Array;
   fields: Field[];
   vectors: VectorField[];
+  /** The points themselves at each time, where they move. */
+  snapshots?: Scene[];
 }
 
 // ---- Arrays of any origin ----
@@ -163,7 +165,7 @@ function solveFields(request: Request, result: Result, place: Place, times?: Flo
   return fields;
 }
 
-type Maker = (request: Request, result: Result, place: Place) => Pick<Scene, 'fields' | 'vectors' | 'times'>;
+type Maker = (request: Request, result: Result, place: Place) => Pick<Scene, 'fields' | 'vectors'> & Partial<Scene>;
 
 function merge(...parts: Pick<Scene, 'fields' | 'vectors'>[]): Pick<Scene, 'fields' | 'vectors'> {
   return { fields: parts.flatMap(({ fields }) => fields), vectors: parts.flatMap(({ vectors }) => vectors) };
@@ -193,14 +195,56 @@ const makers: Record<string, Maker | undefined> = {
     return merge({ fields: own, vectors: [] }, ...gradient, diagnosed(request, dim));
   },
   diagnose: (_request, result, { dim }) => diagnosisFields(async () => result, dim),
-  flow: (_request, result, { dim }) => {
-    const own = vectorFields('velocity', 'Velocity', async () => flat(result.velocity), dim);
-    const pressure = result.pressure as unknown;
-    const at = isNumbers(pressure) && (pressure as Numbers).length === flat(result.velocity).length / dim
-      ? [steady('pressure', 'Pressure', async () => flat(pressure), true)] : [];
-    return { fields: [...own.fields, ...at], vectors: own.vectors };
-  },
+  flow: (_request, result, place) => ({
+    ...flowFields(result, result.mesh as Result | undefined, place), ...meshBounds(result), ...snapshotsOf(result),
+  }),
 };
+
+/** Velocity and scalar of the particles, and what the mesh has, at the particles. */
+function flowFields(state: Result, mesh: Result | undefined, place: Place): Pick<Scene, 'fields' | 'vectors'> {
+  const own = vectorFields('velocity', 'Velocity', async () => flat(state.velocity), place.dim);
+  const scalar = state.scalar === undefined ? [] : [steady('scalar', 'Scalar', async () => flat(state.scalar))];
+  const onMesh = mesh
+    ? [['pressure', 'Pressure, mean'], ['stream', 'Stream function, mean']].map(([name, label]) =>
+        steady(name!, label!, once(() => sample(matrix(mesh[name!]), flat(mesh.x), flat(mesh.y), place)), true))
+    : [];
+  return { fields: [...own.fields, ...scalar, ...onMesh], vectors: own.vectors };
+}
+
+/** The box of a flow is that of its mesh: particles do not quite reach the walls. */
+function meshBounds({ mesh }: Result): Partial<Scene> {
+  if (!mesh) return {};
+  const [x, y] = ['x', 'y'].map((axis) => flat((mesh as Result)[axis]));
+  return { lower: [x![0]!, y![0]!], upper: [x!.at(-1)!, y!.at(-1)!] };
+}
+
+/** Values of the cells (or of the nodes at their lower left) that points are in. */
+function sample(rows: NdArray, x: Float64Array, y: Float64Array, { points, count }: Place): Float64Array {
+  const cellOf = (lines: Float64Array, value: number): number => {
+    let [low, high] = [0, lines.length - 1];
+    while (high - low > 1) {
+      const middle = (low + high) >> 1;
+      if (lines[middle]! <= value) low = middle;
+      else high = middle;
+    }
+    return low;
+  };
+  return Float64Array.from({ length: count }, (_, p) =>
+    rows.data[cellOf(y, points[2 * p + 1]!) * rows.stride + cellOf(x, points[2 * p]!)]!);
+}
+
+/** The scenes at the times saved, with the end as the last. */
+function snapshotsOf(result: Result): Pick<Scene, 'times' | 'snapshots'> {
+  const saved = (result.snapshots ?? []) as Result[];
+  if (saved.length === 0) return {};
+  const mesh = result.mesh as Result | undefined;
+  const snapshots = saved.map((state): Scene => {
+    const rows = matrix(state.particles);
+    const place = { points: flat(rows.data), dim: 2, count: rows.length };
+    return { ...place, ...bounds(place), ...meshBounds(result), ...flowFields(state, mesh, place) };
+  });
+  return { times: Float64Array.from(saved, ({ t }) => Number(t)), snapshots };
+}
 
 /** Points of a result: its own, or those of the cloud that was asked about. */
 function pointsOf({ inputs }: Request, result: Result): NdArray | undefined {

@@ -5,6 +5,7 @@ import { table } from '../lib/colour';
 import type { Look } from '../lib/look';
 import { rangeOf, type Field, type Scene } from '../lib/scene';
 import { number, some } from '../lib/text';
+import type { Camera } from './camera';
 import { ColourBar } from './ColourBar';
 import type { Cut } from './overlay';
 import { PictureView, type Probe, type Tool } from './view';
@@ -20,22 +21,24 @@ interface Props {
   onCut: (cut: Cut) => void;
   onView: (view: PictureView) => void;
   onRange: (range: [number, number] | undefined) => void;
+  /** Told when the view has come to rest. */
+  onCamera: (camera: Camera | undefined) => void;
 }
 
-export function Picture({ scene, field, values, range, map, look, tool, onCut, onView, onRange }: Props) {
+export function Picture({ scene, field, values, range, map, look, tool, onCut, onView, onRange, onCamera }: Props) {
   const host = useRef<HTMLDivElement>(null);
   const canvas = useRef<HTMLCanvasElement>(null);
   const overlay = useRef<HTMLCanvasElement>(null);
   const view = useRef<PictureView>();
-  const latest = useRef({ onCut });
-  latest.current = { onCut };
+  const latest = useRef({ onCut, onCamera });
+  latest.current = { onCut, onCamera };
   const [probe, setProbe] = useState<Probe>();
   const [trouble, setTrouble] = useState('');
 
   useEffect(() => {
     try {
       view.current = new PictureView(host.current!, canvas.current!, overlay.current!, {
-        probe: setProbe, camera: () => undefined, cut: (cut) => latest.current.onCut(cut),
+        probe: setProbe, camera: (camera) => latest.current.onCamera(camera), cut: (cut) => latest.current.onCut(cut),
       });
     } catch (error) {
       setTrouble((error as Error).message);
@@ -52,8 +55,7 @@ export function Picture({ scene, field, values, range, map, look, tool, onCut, o
   useEffect(() => {
     const { current } = view;
     if (!current) return;
-    const { camera } = look;
-    current.setScene(scene, camera && { ...camera, zoom: camera.zoom * devicePixelRatio });
+    current.setScene(scene, look.camera);
     onView(current);
   }, [scene]);
   useEffect(() => view.current?.setColours(table(map), range), [map, range[0], range[1], scene]);

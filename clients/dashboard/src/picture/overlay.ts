@@ -91,9 +91,17 @@ export function drawBox(context: Context, camera: Camera, size: Size, scene: Sce
   }
 }
 
+export interface Arrows {
+  /** Vectors [n][2] and the length of the longest. */
+  vectors: Float64Array;
+  strongest: number;
+  /** How far from a point there may be an arrow (length). */
+  reach: number;
+}
+
 /** Arrows of a vector field at the nodes of a square net, as long as the field is strong. */
 export function drawArrows(
-  context: Context, camera: Camera, size: Size, vectors: Float64Array, grid: PointGrid, strongest: number, reach: number, ink: Ink,
+  context: Context, camera: Camera, size: Size, scene: Scene, grid: PointGrid, { vectors, strongest, reach }: Arrows, ink: Ink,
 ): void {
   const step = 34;
   context.lineCap = 'round';
@@ -104,7 +112,8 @@ export function drawArrows(
     for (let y = step / 2; y < size.height; y += step) {
       for (let x = step / 2; x < size.width; x += step) {
         const [u, v] = unproject(camera, size, x, y);
-        const p = grid.nearest(u, v, reach);
+        const inside = [u, v].every((place, k) => place >= scene.lower[k]! && place <= scene.upper[k]!);
+        const p = inside ? grid.nearest(u, v, reach) : -1;
         if (p >= 0) arrow(context, x, y, vectors[2 * p]!, vectors[2 * p + 1]!, (0.9 * step) / strongest);
       }
     }

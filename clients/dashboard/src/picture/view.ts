@@ -16,7 +16,8 @@ export interface Probe {
 export interface Handlers {
   probe: (probe: Probe | undefined) => void;
   cut: (cut: Cut) => void;
-  camera: (camera: Camera) => void;
+  /** The viewpoint, once it rests; undefined if all is in view. */
+  camera: (camera: Camera | undefined) => void;
 }
 
 export type Tool = 'move' | 'cut';
@@ -45,6 +46,7 @@ export class PictureView {
   private moved = -Infinity;
   private before = 0;
   private fits = true;
+  private turned = false;
 
   constructor(
     private readonly host: HTMLElement,
@@ -70,7 +72,7 @@ export class PictureView {
     this.spacing = this.grid?.spacing() ?? spacingOf(scene);
     this.arrows = this.tracers = this.probed = undefined;
     this.fits = !camera;
-    if (camera) this.camera = camera;
+    if (camera) this.camera = { ...camera, zoom: camera.zoom * devicePixelRatio };
     this.resize();
   }
 
@@ -129,7 +131,7 @@ export class PictureView {
   }
 
   /** Where one looks from, independent of the size of the window: zoom in pixels of the page. */
-  get viewpoint(): Camera | undefined {
+  private get viewpoint(): Camera | undefined {
     return this.fits ? undefined : { ...this.camera, zoom: this.camera.zoom / devicePixelRatio };
   }
 
@@ -170,7 +172,13 @@ export class PictureView {
     this.renderer.draw(camera, size, { ...this.look, radius }, moving);
     this.drawOver(scene, now);
     if (moving || this.tracers) this.ask();
+    if (!moving && this.turned) this.tellCamera();
     this.before = now;
+  }
+
+  private tellCamera(): void {
+    this.turned = false;
+    this.handlers.camera(this.viewpoint);
   }
 
   private drawOver(scene: Scene, now: number): void {
@@ -186,7 +194,7 @@ export class PictureView {
       this.tracers.draw(context, camera, size, ink);
     }
     if (this.arrows && grid) {
-      drawArrows(context, camera, size, this.arrows.vectors, grid, this.arrows.strongest, 1.5 * this.spacing, ink);
+      drawArrows(context, camera, size, scene, grid, { ...this.arrows, reach: 1.5 * this.spacing }, ink);
     }
     if (scene.dim === 3) drawBox(context, camera, size, scene, ink);
     else drawAxes(context, camera, size, ink);
@@ -210,8 +218,8 @@ export class PictureView {
   private lookFrom(camera: Camera): void {
     this.camera = camera;
     this.moved = performance.now();
+    this.turned = true;
     this.ask();
-    this.handlers.camera(camera);
   }
 
   private steer(camera: Camera): void {

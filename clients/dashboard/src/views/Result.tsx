@@ -59,7 +59,7 @@ function useValues(field: Field, step: number): { values: Float64Array | undefin
   return { values: state.values, trouble: state.trouble, busy: state.busy };
 }
 
-/** Symmetric about zero where the sign matters; one range for all times. */
+/** Symmetric about zero where the sign matters. */
 function rangeFor(field: Field, values: Float64Array | undefined): [number, number] {
   const [least, greatest] = values ? rangeOf(values) : [0, 1];
   if (!field.signed || least >= 0) return [least, greatest];
@@ -67,16 +67,25 @@ function rangeFor(field: Field, values: Float64Array | undefined): [number, numb
   return [-size, size];
 }
 
-function SceneResult({ request, result, seconds, look, onLook, scene }: Props & { scene: Scene }) {
+/** The range that holds both: it grows over the times that have been looked at, and stays. */
+function joined([least, greatest]: [number, number], before: [number, number] | undefined): [number, number] {
+  return before ? [Math.min(least, before[0]), Math.max(greatest, before[1])] : [least, greatest];
+}
+
+function SceneResult({ request, result, seconds, look, onLook, scene: whole }: Props & { scene: Scene }) {
   const [tool, setTool] = useState<Tool>('move');
   const view = useRef<PictureView>();
   const [, setReady] = useState(0);
-  const field = scene.fields.find(({ id }) => id === look.field) ?? scene.fields[0]!;
-  const steps = scene.times?.length ?? 0;
+  const steps = whole.times?.length ?? 0;
   const step = steps ? (look.step < 0 ? steps - 1 : Math.min(look.step, steps - 1)) : 0;
+  const scene = whole.snapshots?.[step] ?? whole;
+  const field = scene.fields.find(({ id }) => id === look.field) ?? scene.fields[0]!;
   const { values, trouble, busy } = useValues(field, step);
-  const kept = useRef<{ field: Field; range: [number, number] }>();
-  if (values && !busy && (kept.current?.field !== field || steps === 0)) kept.current = { field, range: rangeFor(field, values) };
+  const kept = useRef<{ id: string; range: [number, number] }>();
+  if (values && !busy) {
+    const before = kept.current?.id === field.id ? kept.current.range : undefined;
+    kept.current = { id: field.id, range: joined(rangeFor(field, values), before) };
+  }
   const range = look.range ?? kept.current?.range ?? [0, 1];
   const map = look.map || (field.signed && range[0] < 0 ? 'diverging' : 'viridis');
   const set = (part: Partial<Look>): void => onLook({ ...look, ...part });
@@ -117,9 +126,9 @@ function SceneResult({ request, result, seconds, look, onLook, scene }: Props & 
         {scene.dim === 1
           ? values && <Line scene={scene} field={field} values={values} />
           : <Picture scene={scene} field={field} values={values} range={range} map={map} look={look} tool={tool}
-              onCut={(cut) => set({ cut })} onView={(made) => { view.current = made; setReady((n) => n + 1); }} onRange={(next) => set({ range: next })} />}
+              onCut={(cut) => set({ cut })} onView={(made) => { view.current = made; setReady((n) => n + 1); }} onRange={(next) => set({ range: next })} onCamera={(camera) => set({ camera })} />}
         {trouble && <p class="errors" role="alert">{field.label} cannot be shown: {trouble}</p>}
-        {steps > 1 && scene.times && <TimeSlider times={scene.times} step={step} onStep={(next) => set({ step: next })} />}
+        {steps > 1 && whole.times && <TimeSlider times={whole.times} step={step} onStep={(next) => set({ step: next })} />}
         <p class="stage-foot">
           {busy ? 'Computing the values …' : `${some(scene.count, 'point')} · solved and received in ${inSeconds(seconds)}`}
         </p>
@@ -130,7 +139,7 @@ function SceneResult({ request, result, seconds, look, onLook, scene }: Props & 
           ...(scene.dim === 2 && { Cut: () => cutCurve
             ? <CutPlot field={field} look={look} curve={cutCurve} set={set} />
             : <p class="hint">Choose “Cut” above the picture and draw a line across it: the values along it appear here. <button type="button" class="link" onClick={() => useCut('cut')}>Cut through the middle</button></p> }),
-          ...(result.history !== undefined && { History: () => <HistoryPlot history={result.history as Values} /> }),
+          ...((result.history as Values | undefined)?.solution !== undefined && { History: () => <HistoryPlot history={result.history as Values} /> }),
           ...(request.process === 'flow' && { Flow: () => <FlowPlots result={result} /> }),
           Download: () => <Downloads result={result} name={request.process} scene={scene} step={step} field={field} view={view.current} map={map} range={range} />,
         }} />

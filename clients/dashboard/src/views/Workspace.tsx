@@ -28,7 +28,7 @@ const starts: Record<string, Request['inputs']> = {
   apply: { cloud: { lattice: { lower: [0, 0], upper: [1, 1], cells: [40, 40], jitter: 0.2, seed: 1 } }, field: 'sin(3*x) * cos(2*y)' },
   diagnose: { cloud: { lattice: { lower: [0, 0], upper: [1, 1], cells: [40, 40], jitter: 0.5, seed: 1 } } },
   study: { case: 'gartland' },
-  flow: { case: 'cavity', cells: 20, reynolds: 100, end: 5 },
+  flow: { case: 'cavity', cells: 24, reynolds: 100, end: 6 },
   echo: { message: 'hello' },
 };
 
@@ -123,9 +123,10 @@ function Problem({ request, processes, runner, look, onChange }: ProblemProps) {
         {fits && <Editor description={description as ProcessDescription} request={request} errors={errors} onChange={onChange} />}
       </div>
       <div class="problem-foot">
+        {/* with keys: the button clicked must not turn into the other while it is being clicked */}
         {run.state === 'running'
-          ? <button type="button" class="main danger" onClick={runner.cancel}>Cancel</button>
-          : <button type="submit" class="main" disabled={!fits} title="Ctrl + Enter">Solve</button>}
+          ? <button key="cancel" type="button" class="main danger" onClick={runner.cancel}>Cancel</button>
+          : <button key="solve" type="submit" class="main" disabled={!fits} title="Ctrl + Enter">Solve</button>}
         {jobs
           ? <label class="toggle"><input type="checkbox" checked={asJob} onChange={(event) => setAsJob(event.currentTarget.checked)} /> as a job</label>
           : jobs === false && <span class="hint">This daemon keeps no jobs</span>}
@@ -233,7 +234,7 @@ function CloudPreview({ scene }: { scene: ReturnType<typeof sceneOfCloud> }) {
   return (
     <section class="card stage" aria-label="Picture">
       <Picture scene={scene} field={field} values={values} range={[0, most]} map="viridis" look={{ ...firstLook, cells: false }} tool="move"
-        onCut={() => undefined} onView={() => undefined} onRange={() => undefined} />
+        onCut={() => undefined} onView={() => undefined} onRange={() => undefined} onCamera={() => undefined} />
       <p class="stage-foot">The cloud as it was dropped, coloured by group</p>
     </section>
   );

@@ -6,6 +6,8 @@ from typing import Any
 
 import numpy
 
+from ..plotting import label_decades
+
 BLUE, RED, GREEN, GOLD, PURPLE = "#31688e", "#d1495b", "#4a7c59", "#c98a1b", "#7b4b94"
 SCHEMES = {
     "ps": (RED, "o", "PS"),
@@ -73,16 +75,6 @@ def logarithmic(axes: Any, ticks: Any, **names: str) -> None:
     axes.minorticks_off()
     label_decades(axes)
     axes.grid(alpha=0.3)
-
-
-def label_decades(axes: Any) -> None:
-    """Ticks at 1, 2 and 5 of each decade where there are few decades."""
-    from matplotlib.ticker import FuncFormatter, LogLocator
-
-    low, high = axes.get_ylim()
-    if high / low < 500:
-        axes.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
-        axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
 
 
 def legend_below(figure: Any, axes: Any) -> None:

@@ -1,0 +1,120 @@
+/* The bytes of jobs: request, checkpoint, result. What is small stands in the store beside the row,
+ * written in the row's transaction, and so costs no fsync of its own; what is larger is a file
+ * (keep.h), there before the row says so. */
+#include <errno.h>
+#include <fcntl.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "job_inner.h"
+#include "keep.h"
+
+enum { SMALL = 16384 };
+
+static const char *const kinds[JOB_FILES] = {
+    [JOB_REQUEST] = "request", [JOB_CHECKPOINT] = "checkpoint", [JOB_RESULT] = "result"};
+
+static void name_file(const job_row *row, job_file kind, char name[64]) {
+  snprintf(name, 64, "%s.%s", row->id, kinds[kind]);
+}
+
+bool job_files_keep(job *c, job_file kind, int fd, size_t size) {
+  char name[64];
+  name_file(&c->row, kind, name);
+  if (size > SMALL || kind == JOB_CHECKPOINT) {
+    return keep_file(store_files(c->all->store), name, fd, size);
+  }
+  job_small *small = &c->small[kind];
+  free(small->bytes);
+  *small = (job_small){malloc(size + 1), size};
+  if (small->bytes != NULL && (size == 0 || pread(fd, small->bytes, size, 0) == (ssize_t)size)) {
+    return true;
+  }
+  free(small->bytes);
+  *small = (job_small){0};
+  errno = errno != 0 ? errno : EIO;
+  return false;
+}
+
+bool job_files_copy(job *c, const job_row *from) {
+  const int fd = job_files_open(c->all, from, JOB_RESULT);
+  if (fd < 0) return false;
+  char name[64], other[64];
+  bool good;
+  if (from->result_size <= SMALL) {
+    good = job_files_keep(c, JOB_RESULT, fd, (size_t)from->result_size);
+  } else {
+    name_file(from, JOB_RESULT, name);
+    name_file(&c->row, JOB_RESULT, other);
+    good = keep_link(store_files(c->all->store), name, other);
+  }
+  close(fd);
+  return good;
+}
+
+/* The batch's request holds those of its parts. */
+int job_files_open(jobs *j, const job_row *row, job_file kind) {
+  char name[64];
+  size_t size = 0;
+  void *bytes = store_small(j->store, row->number, (int)kind, &size);
+  if (bytes == NULL) {
+    name_file(row, kind, name);
+    return keep_open(store_files(j->store), name);
+  }
+  const int fd = memfd_create(kinds[kind], MFD_CLOEXEC);
+  if (fd >= 0 && write(fd, bytes, size) != (ssize_t)size) {
+    close(fd);
+    free(bytes);
+    return -1;
+  }
+  free(bytes);
+  return fd;
+}
+
+store_result job_files_write(job *c) {
+  const bool over = job_state_is_final((job_state)c->row.state);
+  store_result result = STORE_OK;
+  if (over) {
+    const bool all = c->row.state == JOB_DISMISSED;
+    result = store_drop_small(c->all->store, c->row.number, all ? -1 : (int)JOB_REQUEST);
+  }
+  for (int k = 0; k < JOB_FILES && result == STORE_OK; k++) {
+    const job_small *small = &c->small[k];
+    if (small->bytes == NULL || (over && k != (int)JOB_RESULT)) continue;
+    result = store_add_small(c->all->store, c->row.number, k, small->bytes, small->size);
+  }
+  return result;
+}
+
+void job_files_clear(job *c) {
+  for (int k = 0; k < JOB_FILES; k++) {
+    free(c->small[k].bytes);
+    c->small[k] = (job_small){0};
+  }
+}
+
+static bool drop_part(void *context, const job_row *row) {
+  job_files_drop(context, row, true);
+  return true;
+}
+
+void job_files_drop(jobs *j, const job_row *row, bool result) {
+  char name[64];
+  for (int k = 0; k < JOB_FILES; k++) {
+    if (k == JOB_RESULT && (!result || row->result_size <= SMALL)) continue;
+    if (k == JOB_REQUEST && (row->parent != 0 || row->size <= SMALL)) continue;
+    name_file(row, (job_file)k, name);
+    keep_drop(store_files(j->store), name);
+  }
+  if (!result || row->parts == 0 || row->number == 0) return;
+  store_filter parts = {.states = ~0u,
+                        .created_most = INFINITY,
+                        .has_parent = true,
+                        .parent = row->number,
+                        .limit = -1};
+  (void)store_list(j->store, &parts, drop_part, j);
+}
