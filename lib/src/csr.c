@@ -44,11 +44,21 @@ void sct_csr_multiply(const sct_csr *a, const double *x, double *y) {
 }
 
 void sct_csr_multiply_add(const sct_csr *a, double factor, const double *x, double *y) {
+  sct_csr_multiply_add_by(a, factor, x, y, 1);
+}
+
+void sct_csr_multiply_add_by(const sct_csr *a, double factor, const double *x, double *y,
+                             int threads) {
+  enum { WORTH = 10000 }; /* rows for which a thread is worth its start */
+#ifdef _OPENMP
+#pragma omp parallel for num_threads(threads) schedule(static) if (threads > 1 && a->rows > WORTH)
+#endif
   for (int64_t i = 0; i < a->rows; i++) {
     double sum = 0;
     for (int64_t k = a->start[i]; k < a->start[i + 1]; k++) sum += a->value[k] * x[a->column[k]];
     y[i] += factor * sum;
   }
+  (void)threads;
 }
 
 void sct_csr_multiply_transposed_add(const sct_csr *a, double factor, const double *x, double *y) {

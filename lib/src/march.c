@@ -117,7 +117,7 @@ static void old_part(marcher *m, sct_march_weights w, double dt) {
   const sct_system *system = *m->system;
   if (w.explicit != 0) {
     sct_system_rhs(system, m->phi, m->load);
-    sct_csr_multiply_add(system->matrix, -1, m->y, m->load);
+    sct_csr_multiply_add_by(system->matrix, -1, m->y, m->load, sct_work_threads(m->work));
     if (m->limited != NULL) add_correction(m);
   }
   for (int64_t i = 0; i < system->unknowns; i++) {

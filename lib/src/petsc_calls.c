@@ -5,6 +5,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/mman.h>
 
 #include "alloc.h"
 
@@ -65,6 +66,7 @@ bool petsc_ran_out(void) {
 
 static void list_block(petsc_block *block, petsc_block **list) {
   block->link = list;
+  if (list == NULL) IGNORE(block); /* kept for good */
   if (list == NULL) return;
   block->next = *list;
   if (block->next != NULL) block->next->link = &block->next;
@@ -95,6 +97,7 @@ void petsc_keep(petsc_block **list) {
     petsc_block *const block = *list;
     unlist_block(block);
     block->link = NULL;
+    IGNORE(block);
   }
 }
 
@@ -221,7 +224,20 @@ static PetscErrorCode start(void) {
   return code;
 }
 
+/* MPI does not survive a lack of address space while it starts, so that is looked for first; it was
+ * found to take 270 MB, and whoever has less than twice that beside needs it for other things. */
+static bool has_address_space(void) {
+  const size_t needed = (size_t)768 << 20;
+  void *const room =
+      mmap(NULL, needed, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+  return room != MAP_FAILED && munmap(room, needed) == 0;
+}
+
 static void open_once(void) {
+  if (!has_address_space()) {
+    (void)sct_fail(&failure, SCT_E_MEMORY, -1, "no address space for PETSc: 768 MB are not free");
+    return;
+  }
   KEEP_FOR_GOOD;
   void *library = dlopen(SCATTER_PETSC_LIBRARY, RTLD_LAZY | RTLD_GLOBAL); /* MPI's plug-ins look */
   const char *reason = library == NULL ? dlerror() : "";                  /* for its symbols */

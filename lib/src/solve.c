@@ -57,6 +57,16 @@ static const sct_solve_kind *automatic_kind(const sct_csr *a, int dim) {
   return direct_kind(a->rows, dim);
 }
 
+bool sct_solver_iterates(const sct_solve_options *options, int64_t rows) {
+  const char *method = options == NULL || options->method == NULL ? "auto" : options->method;
+  const bool is_auto = strcmp(method, "auto") == 0;
+  if (!is_auto && strcmp(method, sct_solve_petsc.name) != 0) return false;
+  const int dim = options == NULL ? 0 : options->dim;
+  const sct_solve_traits least = {.dim = dim, .rows = rows, .dominance = 1, .skewness = 1};
+  if (is_auto && !sct_solve_suits_iteration(&least)) return false;
+  return sct_solver_load_iterative(NULL) == SCT_OK;
+}
+
 static sct_status choose(const sct_csr *a, const sct_solve_options *options,
                          const sct_solve_kind **kind, sct_error *err) {
   const char *method = options->method == NULL ? "auto" : options->method;

@@ -6,7 +6,6 @@
  * ends the true one is looked at, and if that is too large BiCGStab starts again from there. Where
  * that stagnates GMRES tries with the other preconditioner; after that the front falls back. */
 #include <limits.h>
-#include <malloc.h>
 #include <math.h>
 #include <pthread.h>
 #include <string.h>
@@ -161,15 +160,6 @@ static bool has_room_for_multigrid(const sct_solve_matrix *a) {
   return found;
 }
 
-static int64_t bytes_in_use(void) {
-#ifdef __GLIBC__
-  const struct mallinfo2 info = mallinfo2();
-  return (int64_t)(info.uordblks + info.hblkhd);
-#else
-  return 0;
-#endif
-}
-
 static PetscErrorCode make_objects(petsc_state *s, const sct_solve_matrix *a) {
   const petsc_calls *p = s->petsc;
   PetscErrorCode code = p->MatCreateSeqAIJWithArrays(
@@ -182,7 +172,6 @@ static PetscErrorCode make_objects(petsc_state *s, const sct_solve_matrix *a) {
 /* Krylov method and preconditioner, in the place of those before. */
 static sct_status set_up(petsc_state *s, const sct_solve_matrix *a, sct_solve_report *report,
                          sct_error *err) {
-  const int64_t before = bytes_in_use();
   PCFailedReason reason = PC_NOERROR;
   PC pc;
   sct_status status = drop_ksp(s, err);
@@ -197,7 +186,7 @@ static sct_status set_up(petsc_state *s, const sct_solve_matrix *a, sct_solve_re
   report->krylov = s->is_second ? "gmres" : "bicgstab";
   report->preconditioner = preconditioners[s->preconditioner].name;
   report->factor_nonzeros = s->preconditioner == SCT_ILU ? a->start[a->n] : 0;
-  report->peak_bytes = bytes_in_use() - before;
+  report->peak_bytes = report->factor_nonzeros * (int64_t)(sizeof(double) + sizeof(int));
   if (reason == PC_NOERROR) return SCT_OK;
   return sct_fail(err, SCT_E_CONVERGENCE, -1, "the preconditioner %s cannot be made",
                   report->preconditioner);
@@ -362,8 +351,13 @@ static sct_status load(sct_error *err) {
   return unusable.code;
 }
 
+static void prepare(void) {
+  (void)load(NULL);
+}
+
 const sct_solve_kind sct_solve_petsc = {.name = "iterative",
                                         .iterates = true,
+                                        .prepare = prepare,
                                         .load = load,
                                         .analyse = analyse,
                                         .factor = factor,

@@ -194,7 +194,7 @@ static void write_solver(emit *e, const diagnostics *d) {
     member_number(e, "reciprocal_condition", solve->reciprocal_condition);
   }
   if (solve->factor_nonzeros > 0) member_integer(e, "factor_nonzeros", solve->factor_nonzeros);
-  member_integer(e, "peak_bytes", solve->peak_bytes);
+  if (solve->peak_bytes > 0) member_integer(e, "peak_bytes", solve->peak_bytes);
   write_iteration(e, solve);
   emit_end(e);
 }

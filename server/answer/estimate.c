@@ -1,9 +1,6 @@
 #include "estimate.h"
 
 #include <math.h>
-#include <string.h>
-
-#include "scatter/solve.h"
 
 /* Of a worker that has done nothing; of the iterative solvers' package. */
 static const int64_t BASE = 19000000, PACKAGE = 30000000;
@@ -38,18 +35,10 @@ int64_t estimate_matrix(int dim, int64_t n, const sct_operator *op) {
   return (int64_t)((double)n * (40 + 22 * estimate_neighbours(dim, op->radius)));
 }
 
-/* Does the solver iterate? As sct_solver_analyse chooses, as far as it can be told without the
- * matrix: in 2-D between 20 000 and 100 000 points it may, which is not counted upon. */
-static bool iterates(int dim, int64_t n, const char *method) {
-  const bool is_auto = !method || !strcmp(method, "auto");
-  const bool is_wanted =
-      is_auto ? (dim == 3 && n >= 4000) || (dim == 2 && n >= 110000) : !strcmp(method, "iterative");
-  return is_wanted && sct_solver_load_iterative(NULL) == SCT_OK;
-}
-
-int64_t estimate_solver(int dim, int64_t n, const sct_operator *op, const char *method) {
+int64_t estimate_solver(int dim, int64_t n, const sct_operator *op,
+                        const sct_solve_options *options) {
   const double m = estimate_neighbours(dim, op->radius);
-  if (!iterates(dim, n, method)) return estimate_factors(dim, n, op);
+  if (!sct_solver_iterates(options, n)) return estimate_factors(dim, n, op);
   return PACKAGE + (int64_t)((double)n * (420 + 8 * m));
 }
 

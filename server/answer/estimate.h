@@ -19,6 +19,7 @@
 #define SCATTERD_ESTIMATE_H
 
 #include "perform.h"
+#include "scatter/solve.h"
 #include "scatter/stencil.h"
 
 /* The whole process that runs the request (bytes). */
@@ -30,8 +31,9 @@ int64_t estimate_matrix(int dim, int64_t n, const sct_operator *op);
 int64_t estimate_factors(int dim, int64_t n, const sct_operator *op);
 int64_t estimate_limited(int dim, int64_t n, const sct_operator *op); /* 0 with another upwind */
 
-/* What solves the system: factors, or the iterative solver where `method` (NULL: auto) means it. */
-int64_t estimate_solver(int dim, int64_t n, const sct_operator *op, const char *method);
+/* What solves the system: factors, or the iterative solver where these options mean it. */
+int64_t estimate_solver(int dim, int64_t n, const sct_operator *op,
+                        const sct_solve_options *options);
 
 /* Neighbours of a point of a lattice within the radius of the operator. */
 double estimate_neighbours(int dim, double radius);

@@ -180,7 +180,7 @@ static int64_t memory_of_solve(const task *t, const void *state) {
   (void)t;
   return estimate_points(c->dim, c->n, op) + matrices * estimate_matrix(c->dim, c->n, op) +
          estimate_limited(c->dim, c->n, op) +
-         (is_explicit ? 0 : estimate_solver(c->dim, c->n, op, s->in.march.solve.method)) +
+         (is_explicit ? 0 : estimate_solver(c->dim, c->n, op, &s->in.march.solve)) +
          s->in.march.saves * c->n * (int64_t)(sizeof(double) + SAVED_TEXT);
 }
 

@@ -199,10 +199,10 @@ static void print(const bench *b, const sct_operator *op) {
   if (r->method != NULL) {
     printf(
         ", \"method\": \"%s\", \"krylov\": \"%s\", \"preconditioner\": \"%s\", "
-        "\"iterations\": %d, \"residual\": %.2e, \"fallback\": \"%s\", \"held\": %.1f",
+        "\"iterations\": %d, \"residual\": %.2e, \"fallback\": \"%s\"",
         r->method, r->krylov == NULL ? "" : r->krylov,
-        r->preconditioner == NULL ? "" : r->preconditioner, r->iterations, r->residual, r->fallback,
-        (double)r->peak_bytes / 1048576);
+        r->preconditioner == NULL ? "" : r->preconditioner, r->iterations, r->residual,
+        r->fallback);
   }
   printf(", \"peak_before\": %.1f, \"peak\": %.1f}\n", b->peak_before, peak_megabytes());
 }

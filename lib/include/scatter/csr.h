@@ -28,6 +28,10 @@ void sct_csr_multiply(const sct_csr *a, const double *x, double *y);
 /* y = y + factor * A x. Shapes as above. Proof: unit.csr */
 void sct_csr_multiply_add(const sct_csr *a, double factor, const double *x, double *y);
 
+/* The same by so many threads, to the last bit. Proof: unit.threads */
+void sct_csr_multiply_add_by(const sct_csr *a, double factor, const double *x, double *y,
+                             int threads);
+
 /* y = y + factor * A^T x. x [rows], y [columns]. Proof: unit.csr */
 void sct_csr_multiply_transposed_add(const sct_csr *a, double factor, const double *x, double *y);
 

@@ -36,8 +36,8 @@ typedef struct {
   const char *preconditioner;  /* iterative: "ilu", "amg", else NULL */
   int64_t rows, nonzeros;      /* of A */
   int64_t factor_nonzeros;     /* of L + U; 0: there are none */
-  int64_t peak_bytes;          /* memory of the factorisation, as the package counts it; that of a
-                                  preconditioner once it is made */
+  int64_t peak_bytes;          /* memory of the factorisation, as the package counts it; 0: it
+                                  does not (amg) */
   int iterations;              /* refinement steps, or iterations of an iterative solver */
   double reciprocal_condition; /* 1 / || |A^-1| |A| e ||_inf, Skeel's, estimated (exact where
                                   A^-1 >= 0, else rarely off by 3); rows may be scaled at will;
@@ -58,15 +58,19 @@ typedef struct {
 typedef struct sct_solver sct_solver; /* opaque; borrows the matrix until the next factor */
 
 /* Has the packages take now what they keep for good: OpenBLAS some 130 MB of address space, for
- * which it waits forever where there is none. For a process whose address space is limited, at its
- * start. Proof: http.faults */
+ * which it waits forever where there is none; PETSc what sct_solver_load_iterative says. For a
+ * process whose address space is limited, or that is to give up the right to open files or to start
+ * threads, at its start. Proof: http.faults, http.sandbox */
 void sct_solver_prepare(void);
 
-/* Is the iterative solver there? It is PETSc, which is loaded at the first call (0.15 s, 270 MB of
- * address space, 10 MB of memory): SCT_E_ARGUMENT if this library was built without or it is not
- * installed, SCT_E_MEMORY. A process that is to give up the right to open files or to start threads
- * calls this before. Proof: unit.solve_petsc */
+/* Is the iterative solver there? It is PETSc, which is loaded at the first call (0.1 s, 270 MB of
+ * address space, 10 MB of memory of its own): SCT_E_ARGUMENT if this library was built without or
+ * it is not installed, SCT_E_MEMORY. Proof: unit.solve_petsc */
 SCT_NODISCARD sct_status sct_solver_load_iterative(sct_error *err);
+
+/* Will a system of so many rows be iterated with, whatever its entries? For estimates of memory.
+ * Options NULL: auto. Proof: unit.solve_petsc */
+bool sct_solver_iterates(const sct_solve_options *options, int64_t rows);
 
 /* Names of the table's rows, NULL past the end: the direct ones, then "iterative". */
 const char *sct_solver_name(int k);
