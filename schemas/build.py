@@ -113,7 +113,8 @@ def is_object(schema):
 
 def input_schema(schema):
     """An input bare, as the qualified value of OGC API - Processes, or by reference."""
-    return {"anyOf": [schema, qualified(schema), {"$ref": "reference.json"}]}
+    others = [{"$ref": "reference.json"}, {"$ref": "encoded.json"}]
+    return {"anyOf": [schema, qualified(schema), *others]}
 
 
 def qualified(schema):

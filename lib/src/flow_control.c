@@ -15,7 +15,7 @@ static const double TOO_MANY = 1.6, TOO_FEW = 1.0, REACH = 2.2;
  * 17 to 21 %). Into those goes one also at a higher density, the more there are of them, unless
  * there are PLENTY times as many particles as cells. It cannot help cells at a wall that are
  * flatter than the spacing, which next to wall points are rightly empty. */
-static const double EMPTY_MOST = 0.12, EMPTY_GAIN = 12, EMPTY_DENSITY = 1.45, PLENTY = 1.07;
+static const double EMPTY_MOST = 0.12, EMPTY_GAIN = 12, EMPTY_DENSITY = 1.45, PLENTY = 1.05;
 
 double flow_random(const sct_flow *f, uint64_t what, uint64_t k) {
   uint64_t z = f->options.seed * 0x9e3779b97f4a7c15u + what;

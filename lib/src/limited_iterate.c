@@ -149,6 +149,13 @@ static double fraction(double change, double tolerance) {
   return change < 1 ? fmin(1, log(change) / log(tolerance)) : 0;
 }
 
+static sct_status no_convergence(double change, int64_t k, double tolerance, sct_error *err) {
+  return sct_fail(err, SCT_E_CONVERGENCE, -1,
+                  "limited convection changes by %.2e of the solution in back-substitution "
+                  "%" PRId64 ", the last one, needs %.2e",
+                  change, k, tolerance);
+}
+
 sct_status sct_limited_iterate(sct_limited_iteration *it, const sct_limited_equation *e,
                                const sct_limited_options *options, const sct_work *work,
                                const char *phase, const double *phi, double *y,
@@ -164,6 +171,8 @@ sct_status sct_limited_iterate(sct_limited_iteration *it, const sct_limited_equa
   for (int64_t k = 1; k <= most; k++) {
     const bool linear = k == 1 && e->starts_linear;
     sct_status status = correct(it, e, work, phi, y, linear, &change, err);
+    const bool overflows = status == SCT_E_NOT_FINITE && k > 1; /* data are finite: y is not */
+    if (overflows) return no_convergence(change, k, tolerance, err);
     if (status != SCT_OK) return status;
     note(report, k, change);
     if (phase != NULL) {
@@ -179,10 +188,7 @@ sct_status sct_limited_iterate(sct_limited_iteration *it, const sct_limited_equa
     }
     if (change <= tolerance && !linear) return SCT_OK;
   }
-  return sct_fail(err, SCT_E_CONVERGENCE, -1,
-                  "limited convection changes by %.2e of the solution in back-substitution "
-                  "%" PRId64 ", the last one, needs %.2e",
-                  change, most, tolerance);
+  return no_convergence(change, most, tolerance, err);
 }
 
 void sct_limited_relax(sct_solve_options *solve) {

@@ -22,8 +22,8 @@ SCT_NODISCARD sct_status sct_march_matrix_factor(sct_march_matrix *matrix, const
                                                  double shift, const sct_solve_options *options,
                                                  sct_error *err);
 
-/* y [unknowns] from rhs [unknowns]: covered rows are solved, the others are y = rhs. y holds a guess
- * if all rows are covered. Statuses of sct_solver_solve. */
+/* y [unknowns] from rhs [unknowns]: covered rows are solved, the others are y = rhs. y holds a
+ * guess if all rows are covered. Statuses of sct_solver_solve. */
 SCT_NODISCARD sct_status sct_march_matrix_solve(sct_march_matrix *matrix, const sct_system *system,
                                                 const double *rhs, double *y, sct_error *err);
 

@@ -3,6 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base64.h"
 #include "data_url.h"
 #include "doc_tree.h"
 #include "inflate.h"
@@ -167,6 +168,33 @@ static bool is_link(const doc *d) {
   return true;
 }
 
+/* {"value": text in base64, "encoding": "base64", "mediaType": ...}: bytes within the request. */
+static bool is_encoded(const doc *d, media *form) {
+  const doc *value = doc_member(d, "value"), *encoding = doc_member(d, "encoding");
+  const doc *type = doc_member(d, "mediaType");
+  bool is_base64 = encoding && encoding->kind == DOC_TEXT && !strcmp(encoding->text, "base64");
+  return is_base64 && value && value->kind == DOC_TEXT && type && type->kind == DOC_TEXT &&
+         media_find(type->text, form);
+}
+
+static const doc *decode_within(task *t, const item *it, media form) {
+  const item at = item_member(it, "value");
+  long long size = 0;
+  by_href *b = t->by_href;
+  if (!b->arena) b->arena = doc_arena_new();
+  unsigned char *bytes = b->arena ? base64_decode(at.doc->text, at.doc->length, &size) : NULL;
+  const doc *value = NULL;
+  if (!bytes) {
+    (void)sct_fail(&t->error, SCT_E_MEMORY, -1, "no memory for a value in base64");
+  } else if (size < 0) {
+    complain(t, &at, "is no base64");
+  } else {
+    value = decode(t, &at, form, bytes, (size_t)size);
+  }
+  free(bytes);
+  return value;
+}
+
 /* The value goes into the node of the link, which keeps its place among its siblings. Nodes of a
  * decoded body are its task's to change. */
 static void replace(const doc *link, const doc *value) {
@@ -184,6 +212,12 @@ static void resolve(task *t, const item *it) {
   if (is_link(it->doc)) {
     const item href = item_member(it, "href");
     const doc *value = value_of(t, &href);
+    if (value) replace(it->doc, value);
+    return;
+  }
+  media form;
+  if (is_encoded(it->doc, &form)) {
+    const doc *value = decode_within(t, it, form);
     if (value) replace(it->doc, value);
     return;
   }

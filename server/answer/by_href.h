@@ -31,8 +31,9 @@ typedef struct by_href {
 /* Frees what was fetched. */
 void by_href_clear(by_href *b);
 
-/* Puts values in the places of all references within `inputs`, whose nodes are changed. What cannot
- * be had is a complaint that points to its href; true if there was none. */
+/* Puts values in the places of bytes in base64 ({"value", "encoding", "mediaType"}) and
+ * of all references within `inputs`, whose nodes are changed. What cannot be had is a complaint
+ * that points to its href; true if there was none. */
 bool by_href_resolve(task *t, const item *inputs);
 
 #endif

@@ -13,7 +13,7 @@
 #include "problem.h"
 #include "spool.h"
 
-enum { EXCHANGE_FIELDS = 16, EXCHANGE_BASE = 1100, EXCHANGE_ITEM = 72 };
+enum { EXCHANGE_FIELDS = 28, EXCHANGE_BASE = 1100, EXCHANGE_ITEM = 72 };
 
 /* A reply that comes in pieces of unknown number. */
 typedef struct {

@@ -2,7 +2,7 @@
  *
  * What is not over is in memory (job) and in the store; what is over only in the store. Changes of
  * one round of the event loop are stored in one transaction; nobody hears of a change before it is
- * stored. server/README.md tells the life of a job. Tests: http.jobs, http.jobs.kill9.
+ * stored. server/README.md tells the life of a job. Tests: http.jobs, http.jobs_kill9.
  */
 #ifndef SCATTERD_JOB_H
 #define SCATTERD_JOB_H

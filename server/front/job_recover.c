@@ -105,18 +105,31 @@ static bool note(void *context, const job_row *row) {
   return e->count < 100;
 }
 
-void jobs_expire(jobs *j) {
-  expired *e = calloc(1, sizeof *e);
-  j->expiry = unix_now() + 60; /* should something fail */
-  if (e == NULL) return;
-  if (store_expired(j->store, unix_now(), note, e) == STORE_OK) {
-    for (int k = 0; k < e->count; k++) {
-      job_files_drop(j, &e->row[k], true);
-      if (store_remove(j->store, e->row[k].number) != STORE_OK) break;
-      log_say(LOG_DEBUG, "expired", "job %s", e->row[k].id);
-    }
-    j->expiry = store_first_expiry(j->store);
+static store_result remove_rows(store *s, const expired *e) {
+  store_result result = store_begin(s);
+  for (int k = 0; k < e->count && result == STORE_OK; k++) {
+    result = store_remove(s, e->row[k].number);
   }
+  if (result == STORE_OK) result = store_commit(s);
+  if (result != STORE_OK) store_rollback(s);
+  return result;
+}
+
+/* Files first: the rows know those of parts. */
+static bool forget(jobs *j, expired *e) {
+  if (store_expired(j->store, unix_now(), note, e) != STORE_OK) return false;
+  for (int k = 0; k < e->count; k++) {
+    job_files_drop(j, &e->row[k], true);
+    log_say(LOG_DEBUG, "expired", "job %s", e->row[k].id);
+  }
+  return remove_rows(j->store, e) == STORE_OK;
+}
+
+void jobs_expire(jobs *j) {
+  static const double pause = 60; /* after a failure */
+  expired *e = calloc(1, sizeof *e);
+  const bool good = e != NULL && forget(j, e);
+  j->expiry = good ? store_first_expiry(j->store) : unix_now() + pause;
   free(e);
 }
 

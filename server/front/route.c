@@ -193,7 +193,8 @@ static void add_cors(const service *s, exchange *x) {
   if (origin == NULL || !is_listed(s->set->cors_origins, origin)) return;
   exchange_add(x, "Access-Control-Allow-Origin", "%s", origin);
   exchange_add(x, "Access-Control-Expose-Headers",
-               "Location, Retry-After, Preference-Applied, ETag, X-Request-Id");
+               "Accept-Ranges, Content-Location, Content-Range, ETag, Link, Location, "
+               "Preference-Applied, Retry-After, X-Request-Id");
 }
 
 static void answer_options(exchange *x, const char *allow) {
@@ -201,7 +202,7 @@ static void answer_options(exchange *x, const char *allow) {
   exchange_add(x, "Access-Control-Allow-Methods", "%s", allow);
   exchange_add(x, "Access-Control-Allow-Headers",
                "Accept, Authorization, Content-Type, Content-Encoding, Idempotency-Key, "
-               "If-None-Match, Last-Event-ID, Prefer, Range, X-Request-Id");
+               "If-None-Match, If-Range, Last-Event-ID, Prefer, Range, X-Request-Id");
   exchange_add(x, "Access-Control-Max-Age", "86400");
   exchange_text(x, 204, "", "");
 }

@@ -1,8 +1,8 @@
-/* store.h - what survives the daemon: jobs in SQLite and their files. The only door to SQLite.
+/* store.h - what survives the daemon: jobs in SQLite and their files.
  *
  * A data directory belongs to one daemon at a time. Rows are written in a transaction (write-ahead
  * log, synchronous FULL): what is committed stays, also over a power cut. Files are kept (keep.h)
- * before a row refers to them. Test: unit.store, http.jobs.kill9.
+ * before a row refers to them. Test: unit.store, http.jobs_kill9.
  */
 #ifndef SCATTERD_STORE_H
 #define SCATTERD_STORE_H

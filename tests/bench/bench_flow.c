@@ -2,7 +2,7 @@
  *
  *   bench_flow CASE [name=value ...]      CASE: cavity, step
  *     cells=40 reynolds=100 end=20 scheme=ips walls=points clustering=0 shift=0.25 courant=0.25
- *     jitter=0 seed=0 threads=1 downstream=12 dump=FILE
+ *     jitter=0 seed=0 samples=200 threads=1 downstream=12 dump=FILE
  *
  * Prints one JSON object; `dump` writes particles, mesh and sections as text for a plot.
  */
@@ -154,6 +154,7 @@ int main(int argc, char **argv) {
   c.options.shift = number(argc, argv, "shift", c.options.shift);
   c.options.courant = number(argc, argv, "courant", c.options.courant);
   c.options.jitter = number(argc, argv, "jitter", 0);
+  c.options.samples = (int64_t)number(argc, argv, "samples", 200);
   c.options.seed = (uint64_t)number(argc, argv, "seed", 0);
   if (!strcmp(word(argc, argv, "walls", "points"), "mirror"))
     c.options.walls = SCT_FLOW_WALL_MIRROR;

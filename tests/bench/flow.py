@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 """Cavity and step against their references, the runs that are too long for the test suite.
 
-    flow.py BENCH_FLOW [--out DIR] [--only PATTERN] [--table]
+    flow.py BENCH_FLOW [--out DIR] [--only PATTERN] [--table | --markdown]
 
 runs the cases below with bench_flow, one after the other, keeps each result as DIR/NAME.json (a
 case whose file is there is not run again), and prints one row per case. With --table nothing is
-run. Needs numpy and scipy. tests/README.md has the figures.
+run; --markdown prints the table of lib/README.md from what is there. Needs numpy and scipy. tests/README.md has the figures.
 """
 import argparse
 import fnmatch
@@ -131,13 +131,38 @@ def show(name, result, reynolds):
     print(f"{name:26s} {text} {cost}", flush=True)
 
 
+def cell(path):
+    """Errors of a result in a word, for a table; a dash where there is none."""
+    if not os.path.exists(path):
+        return "-"
+    with open(path, encoding="utf-8") as text:
+        row = errors(json.load(text), 100)
+    if "reattachment" in row:
+        return f"{row['reattachment']:.2f}, {row['rms']:.4f}"
+    return f"{row['dQ%']:+.1f} %, {row['rms_u']:.4f}, {row['rms_v']:.4f}"
+
+
+def markdown(folder):
+    """Cases down, schemes and walls across."""
+    columns = [("ips", "points"), ("ps", "points"), ("ips", "mirror"), ("ps", "mirror"),
+               ("ipsn", "points"), ("lsmps", "points")]
+    print("| case | " + " | ".join(f"{s}, {w}" for s, w in columns) + " |")
+    print("|---" * (len(columns) + 1) + "|")
+    for name in ("cavity-20", "cavity-40", "cavity-80", "cavity-40g", "step-17", "step-17g", "step-26g"):
+        cells = [cell(os.path.join(folder, f"{name}-{s}-{w}.json")) for s, w in columns]
+        print(f"| {name} | " + " | ".join(cells) + " |")
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("bench")
     parser.add_argument("--out", default="flow-results")
     parser.add_argument("--only", default="*")
     parser.add_argument("--table", action="store_true")
+    parser.add_argument("--markdown", action="store_true")
     args = parser.parse_args()
+    if args.markdown:
+        return markdown(args.out)
     os.makedirs(args.out, exist_ok=True)
     for name, words, scheme, walls in cases():
         if not fnmatch.fnmatch(name, args.only):

@@ -7,6 +7,8 @@ import email.parser
 import email.policy
 import io
 import json
+import pathlib
+import subprocess
 import sys
 import tempfile
 import unittest
@@ -209,6 +211,45 @@ class Results(daemon.Case):
             {"on": "boundary", "type": "dirichlet", "value": 0}]}}
         for prefer in ("", "respond-async"):
             self.assert_problem(self.run_sync("solve", body, Prefer=prefer), 422, "memory")
+
+
+class CommandLine(unittest.TestCase):
+    """`scatterd run`: the same forms by the ending of a file, inputs from files beside the request."""
+
+    def run_request(self, folder, request, out):
+        (folder / "request.json").write_text(json.dumps(request))
+        return subprocess.run(
+            [daemon.program(stub=False), "run", "--process", "apply", "-o", str(folder / out),
+             str(folder / "request.json")], capture_output=True, text=True, check=False)
+
+    def test_files(self):
+        with tempfile.TemporaryDirectory() as name:
+            folder = pathlib.Path(name)
+            points = numpy.random.default_rng(11).random((30, 2))
+            numpy.save(folder / "points.npy", points)
+            numpy.savetxt(folder / "field.csv", points[:, 0], header="phi")
+            request = {"inputs": {"cloud": {"href": "points.npy"}, "field": {"href": "field.csv"}},
+                       "outputs": {"gradient": {}}}
+            self.assertEqual(self.run_request(folder, request, "out.csv").returncode, 0)
+            table = numpy.loadtxt(folder / "out.csv", delimiter=",", skiprows=1)
+            numpy.testing.assert_array_equal(table[:, :2], points)
+            numpy.testing.assert_allclose(table[:, 2:], [[1, 0]] * 30, atol=1e-9)
+            self.assertEqual(self.run_request(folder, request, "out.vtp").returncode, 0)
+            self.assertIn(b"<PolyData>", (folder / "out.vtp").read_bytes())
+            request["response"] = "raw"
+            self.assertEqual(self.run_request(folder, request, "out.npy").returncode, 0)
+            numpy.testing.assert_array_equal(numpy.load(folder / "out.npy"), table[:, 2:])
+
+    def test_problems(self):
+        with tempfile.TemporaryDirectory() as name:
+            folder = pathlib.Path(name)
+            for href, word in (("none.npy", "No such file"), ("http://a/b", "another host")):
+                request = {"inputs": {"cloud": {"href": href}, "field": 1}}
+                done = self.run_request(folder, request, "out.json")
+                self.assertEqual(done.returncode, 1)
+                self.assertIn(word, done.stderr)
+            request = {"inputs": {"cloud": lattice(2), "field": 1}}
+            self.assertEqual(self.run_request(folder, request, "out.npy").returncode, 1)
 
 
 if __name__ == "__main__":

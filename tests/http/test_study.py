@@ -298,7 +298,7 @@ class Hwang(Study):
 
     def test_operator_statistics_lie_in_their_bands(self):
         for case in HWANG["operator"]:
-            for seed in SEEDS:
+            for seed in SEEDS[:1] if case["nC"] ** case["dim"] > 4000 else SEEDS:
                 with self.subTest(dim=case["dim"], nC=case["nC"], alpha=case["alpha"], seed=seed):
                     self.operator_statistics(case, seed)
 

@@ -372,6 +372,31 @@ class Protocol(daemon.Case):
         self.assertEqual(self.post("Evaluate", body).status, 200)
         self.assert_error(self.post("Gradient", body), "InvalidOutput", "derivative", status=500)
 
+    def test_an_upwinding_with_corners(self):
+        config = {"cloud": SQUARE, "diffusivity": 0.1, "velocity": ["a", 0], "source": 1,
+                  "parameters": {"a": 1}, "operator": {"scheme": "ips", "upwind": "limited"},
+                  "boundary": [{"on": "boundary", "type": "dirichlet", "value": 0}]}
+        body = {"name": "solve", "input": [[2]], "config": config, "outWrt": 0, "inWrt": 0}
+        self.assertEqual(self.post("Evaluate", body).status, 200)
+        for operation, more in (("Gradient", {"sens": [1]}), ("ApplyJacobian", {"vec": [1]})):
+            self.assert_error(self.post(operation, {**body, **more}), "UnsupportedFeature",
+                              "limited")
+
+    def test_a_cloud_by_reference(self):
+        points = [[k / 20] for k in range(21)]
+        kept = self.request("POST", "/data", json.dumps({"points": points}),
+                            {"Content_Type": "application/json"}).json
+        config = {"cloud": {"href": kept["href"]}, "diffusivity": "a", "source": 1,
+                  "parameters": {"a": 1},
+                  "boundary": [{"on": [0, 20], "type": "dirichlet", "value": 0}],
+                  "outputs": [{"type": "values", "on": [10]}]}
+        body = {"name": "solve", "input": [[2]], "config": config}
+        reply = self.post("Evaluate", body)
+        self.assertEqual(reply.status, 200, reply.body)
+        self.assertAlmostEqual(reply.json["output"][0][0], 1 / 16, places=12)
+        config["cloud"]["href"] += "0"
+        self.assert_error(self.post("Evaluate", body), "InvalidInput", "/config/cloud/href")
+
     def test_not_a_process(self):
         listed = [process["id"] for process in self.get("/processes").json["processes"]]
         self.assertNotIn("um-bridge", " ".join(listed))

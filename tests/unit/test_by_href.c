@@ -91,6 +91,9 @@ static void test_values(void **state) {
               "{\"href\":\"/data/field\",\"type\":\"application/json\",\"rel\":\"x\"}"),
       REQUEST(HREF("data:application/json,%7B%22points%22:[[0],[1],[2],[3.5]]}"),
               HREF("data:;base64,WzAsMiw0LDdd")),
+      REQUEST("{\"value\":\"W1swXSxbMV0sWzJdLFszLjVdXQ==\",\"encoding\":\"base64\","
+              "\"mediaType\":\"application/json\"}",
+              "\"2*x\""),
       REQUEST(HREF("data:text/csv;header=present,x%0a0%0a1%0a2%0a3.5"),
               HREF("DATA:text/csv,0%0A2%0A4%0A7")),
   };
@@ -135,6 +138,11 @@ static void test_complaints(void **state) {
       {REQUEST(HREF("data:image/png,1"), "1"), "/inputs/cloud/href", "media type"},
       {REQUEST(HREF("data:;base64,*"), "1"), "/inputs/cloud/href", "no base64"},
       {REQUEST(HREF("/data/csv"), HREF("/data/points")), "/inputs/field", ""},
+      {REQUEST("{\"value\":\"*\",\"encoding\":\"base64\",\"mediaType\":\"text/csv\"}", "1"),
+       "/inputs/cloud/value", "no base64"},
+      {REQUEST("{\"value\":\"Wzs=\",\"encoding\":\"base64\",\"mediaType\":\"application/json\"}",
+               "1"),
+       "/inputs/cloud/value", "cannot be read"},
       {REQUEST("{\"href\":1}", "1"), "/inputs/cloud/href", ""},
   };
   for (size_t k = 0; k < sizeof rows / sizeof *rows; k++) {

@@ -68,14 +68,15 @@ static void gauges_are_the_last_value(void **state) {
 
 static void histograms_are_cumulative(void **state) {
   (void)state;
-  counter_observe(COUNTER_RUN_SECONDS, 0.001, LABELS("solve")); /* an end belongs to its bucket */
-  counter_observe(COUNTER_RUN_SECONDS, 0.002, LABELS("solve"));
-  counter_observe(COUNTER_RUN_SECONDS, 1e6, LABELS("solve"));
-  assert_true(says("scatterd_run_seconds_bucket{process=\"solve\",le=\"0.001\"} 1"));
-  assert_true(says("scatterd_run_seconds_bucket{process=\"solve\",le=\"0.0025\"} 2"));
-  assert_true(says("scatterd_run_seconds_bucket{process=\"solve\",le=\"1800\"} 2"));
-  assert_true(says("scatterd_run_seconds_bucket{process=\"solve\",le=\"+Inf\"} 3"));
-  assert_true(says("scatterd_run_seconds_count{process=\"solve\"} 3"));
+  counter_observe(COUNTER_RUN_SECONDS, 0.001,
+                  LABELS("solve", "run")); /* an end belongs to its bucket */
+  counter_observe(COUNTER_RUN_SECONDS, 0.002, LABELS("solve", "run"));
+  counter_observe(COUNTER_RUN_SECONDS, 1e6, LABELS("solve", "run"));
+  assert_true(says("scatterd_run_seconds_bucket{process=\"solve\",work=\"run\",le=\"0.001\"} 1"));
+  assert_true(says("scatterd_run_seconds_bucket{process=\"solve\",work=\"run\",le=\"0.0025\"} 2"));
+  assert_true(says("scatterd_run_seconds_bucket{process=\"solve\",work=\"run\",le=\"1800\"} 2"));
+  assert_true(says("scatterd_run_seconds_bucket{process=\"solve\",work=\"run\",le=\"+Inf\"} 3"));
+  assert_true(says("scatterd_run_seconds_count{process=\"solve\",work=\"run\"} 3"));
   counter_observe(COUNTER_WAIT_SECONDS, 0.5, NO_LABELS);
   assert_true(says("scatterd_queue_wait_seconds_sum 0.5"));
   assert_true(says("scatterd_queue_wait_seconds_bucket{le=\"0.5\"} 1"));

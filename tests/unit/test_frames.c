@@ -51,6 +51,31 @@ static void test_good(void **state) {
   put(fd, IPC_FRAME_HREF, "HTTPS://b/", 10);
   assert_true(read_all(fd, &f, uri));
   assert_true(f.external);
+  assert_int_equal(f.pins, 0);
+  frames_free(&f);
+  close(fd);
+}
+
+/* Objects under /data are pinned, whatever stands before; nothing else is. */
+static void test_pins(void **state) {
+#define ID "0123456789abcdef0123456789abcdef0123456789abcdef0123456789abcdef"
+  static const char *const hrefs[] = {"/data/" ID,        "http://a/b/data/" ID, "/data/" ID "/",
+                                      "/data/" ID "0",    "/jobs/" ID,           "data/" ID,
+                                      "/jobs/1/results/x"};
+  static char uri[3][JOB_URI];
+  const int fd = memfd_create("frames", 0);
+  frames f;
+  (void)state;
+  for (size_t k = 0; k < sizeof hrefs / sizeof *hrefs; k++) {
+    put(fd, IPC_FRAME_HREF, hrefs[k], (int64_t)strlen(hrefs[k]));
+  }
+  assert_true(read_all(fd, &f, uri));
+  assert_int_equal(f.pins, 2);
+  assert_string_equal(f.pin[0], ID);
+  assert_string_equal(f.pin[1], ID);
+  frames_free(&f);
+  for (int k = 0; k < JOB_PINS; k++) put(fd, IPC_FRAME_HREF, hrefs[0], (int64_t)strlen(hrefs[0]));
+  assert_false(read_all(fd, &f, uri)); /* more than a request may have */
   frames_free(&f);
   close(fd);
 }
@@ -94,7 +119,8 @@ static void test_random(void **state) {
 }
 
 int main(void) {
-  const struct CMUnitTest tests[] = {cmocka_unit_test(test_good), cmocka_unit_test(test_nonsense),
+  const struct CMUnitTest tests[] = {cmocka_unit_test(test_good), cmocka_unit_test(test_pins),
+                                     cmocka_unit_test(test_nonsense),
                                      cmocka_unit_test(test_random)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -355,7 +355,7 @@ static void ips_is_never_worse_than_ps(void **state) {
   (void)state;
   for (int dim = 1; dim <= 3; dim++) {
     for (size_t a = 0; a < sizeof jitter / sizeof *jitter; a++) {
-      for (int mesh = 0; mesh < MESHES - (dim == 3); mesh++) {
+      for (int mesh = 0; mesh < MESHES - (dim > 1); mesh++) {
         for (size_t k = 0; k < sizeof measures / sizeof *measures; k++) {
           const site at = {dim, MESH[dim][mesh], jitter[a], seed};
           double ps[MOST], ips[MOST];

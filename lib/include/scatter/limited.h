@@ -76,7 +76,7 @@ typedef struct {
  * SCT_E_CONVERGENCE if the change is still above the tolerance after max_iterations: phi is then
  * the last iterate and no solution. SCT_E_MEMORY, SCT_E_CANCELLED, statuses of sct_solver_solve.
  * Cost: one back-substitution and one correction per iteration; 5 to 51 of them, more, or no end,
- * on closed streamlines with next to no diffusion (lib/README.md).
+ * on closed streamlines with next to no diffusion and on points strewn at random (lib/README.md).
  * Proof: verify.limited (bounds, order, iterations, Smith-Hutton), unit.limited (failures) */
 SCT_NODISCARD sct_status sct_limited_solve(const sct_system *system, sct_solver *solver,
                                            const sct_limited_options *options, const sct_work *work,

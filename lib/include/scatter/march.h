@@ -59,7 +59,7 @@ typedef struct {
   int64_t max_steps;       /* more than this: SCT_E_LIMIT before the first step; 0: any number */
   sct_solve_options solve; /* of the step matrices */
   sct_limited_options limited; /* of the iteration in a step, upwind `limited` only */
-  sct_tape *tape;          /* records the march; NULL: nothing is recorded */
+  sct_tape *tape;              /* records the march; NULL: nothing is recorded */
 } sct_march_options;
 
 /* Which parts of a problem depend on time. */

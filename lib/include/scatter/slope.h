@@ -42,9 +42,10 @@ typedef struct sct_slope sct_slope; /* opaque: (2) entry by entry, nothing borro
  * upwinding, g_ij make (2) exact; an upwinded g_ij(u, mu), which is smooth but where u = 0 (there
  * it is central), is differenced numerically with error of the order h^4 and a step of a thousandth
  * of |u| and mu, 1e-11 of the entries as measured. SCT_E_ARGUMENT (a row whose support changes with
- * the velocity: with the point; upwind `limited`, which has kinks), SCT_E_DEFICIENT, SCT_E_MEMORY, SCT_E_CANCELLED; *slope is NULL on
- * failure. Cost: two rows per point, 4 (dim + 1) more where it is upwinded; (dim + 2) numbers per
- * entry. Proof: verify.slope (central differences of the assembled residual) */
+ * the velocity: with the point; upwind `limited`, which has kinks), SCT_E_DEFICIENT, SCT_E_MEMORY,
+ * SCT_E_CANCELLED; *slope is NULL on failure. Cost: two rows per point, 4 (dim + 1) more where it
+ * is upwinded; (dim + 2) numbers per entry. Proof: verify.slope (central differences of the
+ * assembled residual) */
 SCT_NODISCARD sct_status sct_slope_build(const sct_stencil *stencil, const sct_fields *fields,
                                          const sct_system *system, bool moving,
                                          const sct_work *work, sct_slope **slope, sct_error *err);

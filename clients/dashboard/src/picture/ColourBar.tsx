@@ -44,7 +44,7 @@ export function ColourBar({ map, range, label, onRange }: Props) {
 /** A value between the ends; what is nothing but rounding is 0. */
 function between([least, greatest]: [number, number], part: number): number {
   const value = least + part * (greatest - least);
-  return Math.abs(value) < 1e-5 * (greatest - least) ? 0 : value;
+  return Math.abs(value) < 1e-3 * (greatest - least) ? 0 : value;
 }
 
 /** One end of the range; emptied, it goes back to that of the values. */

@@ -2,8 +2,8 @@
  *  and are replaced when they leave it or grow old. */
 
 import type { PointGrid } from '../lib/grid';
+import type { Scene } from '../lib/scene';
 import { project, type Camera, type Size } from './camera';
-import type { Ink } from './overlay';
 
 const wanted = 900;
 const life = 3; // seconds
@@ -20,7 +20,7 @@ export class Tracers {
   private readonly all: Tracer[];
 
   constructor(
-    private readonly points: Float64Array,
+    private readonly scene: Scene,
     private readonly vectors: Float64Array,
     private readonly grid: PointGrid,
     private readonly reach: number,
@@ -31,9 +31,10 @@ export class Tracers {
   }
 
   private born(age: number): Tracer {
-    const p = Math.floor((Math.random() * this.points.length) / 2);
+    const { points, count } = this.scene;
+    const p = Math.floor(Math.random() * count);
     const jump = (): number => (Math.random() - 0.5) * this.reach;
-    return { x: this.points[2 * p]! + jump(), y: this.points[2 * p + 1]! + jump(), age, trail: [] };
+    return { x: points[2 * p]! + jump(), y: points[2 * p + 1]! + jump(), age, trail: [] };
   }
 
   /** Moves all by `seconds`, by the midpoint rule. */
@@ -53,15 +54,18 @@ export class Tracers {
   }
 
   private moved(from: { x: number; y: number }, at: { x: number; y: number }, seconds: number): { x: number; y: number } | undefined {
-    const p = this.grid.nearest(at.x, at.y, this.reach);
+    const { lower, upper } = this.scene;
+    const inside = at.x >= lower[0]! && at.x <= upper[0]! && at.y >= lower[1]! && at.y <= upper[1]!;
+    const p = inside ? this.grid.nearest(at.x, at.y, this.reach) : -1;
     if (p < 0) return undefined;
     const way = seconds * this.pace;
     return { x: from.x + way * this.vectors[2 * p]!, y: from.y + way * this.vectors[2 * p + 1]! };
   }
 
-  draw(context: CanvasRenderingContext2D, camera: Camera, size: Size, ink: Ink): void {
+  /** White within black, to be seen on every colour of a map. */
+  draw(context: CanvasRenderingContext2D, camera: Camera, size: Size): void {
     context.lineCap = 'round';
-    for (const [width, colour, alpha] of [[3, ink.paper, 0.5], [1.3, ink.strong, 0.9]] as const) {
+    for (const [width, colour, alpha] of [[2.8, '#000', 0.35], [1.3, '#fff', 0.9]] as const) {
       context.lineWidth = width;
       context.strokeStyle = colour;
       context.globalAlpha = alpha;

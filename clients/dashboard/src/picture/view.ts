@@ -111,7 +111,7 @@ export class PictureView {
     if (vectors && scene && grid) {
       const side = Math.max(scene.upper[0]! - scene.lower[0]!, scene.upper[1]! - scene.lower[1]!);
       const pace = side / 4 / (strongest(vectors) || 1);
-      this.tracers = new Tracers(scene.points, vectors, grid, this.spacing, pace);
+      this.tracers = new Tracers(scene, vectors, grid, this.spacing, pace);
     } else {
       this.tracers = undefined;
     }
@@ -191,7 +191,7 @@ export class PictureView {
     context.clearRect(0, 0, size.width, size.height);
     if (this.tracers) {
       this.tracers.step(Math.min(0.05, Math.max(0, now - this.before) / 1000));
-      this.tracers.draw(context, camera, size, ink);
+      this.tracers.draw(context, camera, size);
     }
     if (this.arrows && grid) {
       drawArrows(context, camera, size, scene, grid, { ...this.arrows, reach: 1.5 * this.spacing }, ink);

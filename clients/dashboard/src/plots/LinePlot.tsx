@@ -42,12 +42,13 @@ function scaleOf({ log }: Axis, values: number[], range: [number, number]): Scal
   return scaleLinear([least - pad, greatest + pad], range) as unknown as Scale;
 }
 
-/** Ticks of a logarithmic axis: powers of ten, and more of them if these are few. */
+/** Ticks of a logarithmic axis: powers of ten, and if these are few, twice and five times them. */
 function ticksOf(scale: Scale, { log }: Axis, wanted: number): number[] {
   const all = scale.ticks(wanted);
   if (!log) return all;
-  const powers = all.filter((value) => Math.abs(Math.log10(value) % 1) < 1e-9);
-  return powers.length >= 2 ? powers : all.length > 8 ? all.filter((value) => [1, 2, 5].includes(Math.round(value / 10 ** Math.floor(Math.log10(value) + 1e-9)))) : all;
+  const leading = (value: number): number => Math.round(value / 10 ** Math.floor(Math.log10(value) + 1e-9));
+  const choices = [[1], [1, 2, 5]].map((digits) => all.filter((value) => digits.includes(leading(value))));
+  return choices.find((ticks) => ticks.length >= 2) ?? all;
 }
 
 export function LinePlot({ title, curves, x, y, slopes = [], height = 260 }: Props) {

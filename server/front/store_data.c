@@ -1,0 +1,65 @@
+/* Values under /data. */
+#include <math.h>
+#include <stdio.h>
+
+#include "store_sql.h"
+
+int store_data_files(const store *s) {
+  return s->data;
+}
+
+store_result store_data_add(store *s, const data_row *row) {
+  sql_text(s, ADD_DATA, ":id", row->id);
+  sql_text(s, ADD_DATA, ":type", row->type);
+  sql_long(s, ADD_DATA, ":size", row->size);
+  sql_real(s, ADD_DATA, ":created", row->created);
+  sql_real(s, ADD_DATA, ":expires", row->expires);
+  return sql_run(s, ADD_DATA);
+}
+
+store_result store_data(store *s, const char *id, data_row *row) {
+  *row = (data_row){0};
+  snprintf(row->id, sizeof row->id, "%s", id);
+  sql_text(s, DATA, ":id", id);
+  const store_result result = sql_step(s, DATA);
+  if (result == STORE_OK) {
+    sql_get_text(s, DATA, 0, row->type, sizeof row->type);
+    row->size = sql_get_long(s, DATA, 1);
+    row->created = sql_get_real(s, DATA, 2);
+    row->expires = sql_get_real(s, DATA, 3);
+  }
+  sql_reset(s, DATA);
+  return result;
+}
+
+int64_t store_data_bytes(store *s) {
+  return (int64_t)sql_number_of(s, DATA_BYTES, 0);
+}
+
+store_result store_data_renew(store *s, const char *id, double expires) {
+  sql_text(s, RENEW_DATA, ":id", id);
+  sql_real(s, RENEW_DATA, ":expires", expires);
+  return sql_run(s, RENEW_DATA);
+}
+
+bool store_data_is_pinned(store *s, const char *id) {
+  sql_text(s, DATA_PINNED, ":id", id);
+  return sql_number_of(s, DATA_PINNED, 0) > 0;
+}
+
+store_result store_data_expired(store *s, double now, char id[DATA_ID]) {
+  sql_real(s, DATA_EXPIRED, ":now", now);
+  const store_result result = sql_step(s, DATA_EXPIRED);
+  if (result == STORE_OK) sql_get_text(s, DATA_EXPIRED, 0, id, DATA_ID);
+  sql_reset(s, DATA_EXPIRED);
+  return result;
+}
+
+double store_data_first_expiry(store *s) {
+  return sql_number_of(s, DATA_FIRST_EXPIRY, INFINITY);
+}
+
+store_result store_data_remove(store *s, const char *id) {
+  sql_text(s, REMOVE_DATA, ":id", id);
+  return sql_run(s, REMOVE_DATA);
+}
