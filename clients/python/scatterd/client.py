@@ -11,17 +11,19 @@ import numpy
 from numpy.typing import ArrayLike
 
 from . import wire
-from .errors import ScatterdError
+from .answer import content, failure
 from .flow import Flow
+from .jobs import Jobs, execute_request
 from .problem import Field
 from .result import Result
+from .retry import Retry
 from .study import Study
 from .transport import Answer, Transport
 
 DEFAULT_URL = "http://127.0.0.1:8480"
 
 
-class Client:
+class Client(Jobs):
     """A connection to a scatterd.
 
     Args:
@@ -30,6 +32,7 @@ class Client:
         token: sent as a bearer token, if the service wants one.
         timeout: seconds to wait for an answer.
         format: "cbor" or "json" on the wire; by default cbor where cbor2 is installed.
+        retry: how often a busy or lost service is asked again.
 
     Threads may share a client: each has its own connection, kept open between requests. Every
     method raises ScatterdError if the service refuses or fails, UnreachableError without one.
@@ -41,6 +44,7 @@ class Client:
         token: str | None = None,
         timeout: float | None = 600.0,
         format: str | None = None,
+        retry: Retry | None = None,
     ):
         self.url = url or os.environ.get("SCATTERD_URL") or DEFAULT_URL
         self.format = format or wire.best_format()
@@ -48,6 +52,7 @@ class Client:
             raise ValueError(f"format is {format!r}, needs 'cbor' or 'json'")
         self.headers = {"Authorization": f"Bearer {token}"} if token else {}
         self.transport = Transport(self.url, timeout)
+        self.retry = retry or Retry()
 
     def solve(
         self,
@@ -212,10 +217,7 @@ class Client:
     ) -> Any:
         """Runs any process with inputs by name; `outputs` names those wanted, `kind` is what the
         result is made."""
-        request: dict[str, Any] = {"inputs": dict(inputs)}
-        if outputs is not None:
-            request["outputs"] = {name: {"transmissionMode": "value"} for name in outputs}
-        return self.post(process, request, kind)
+        return self.post(process, execute_request(inputs, outputs), kind)
 
     def post(self, process: str, request: Mapping[str, Any], kind: type[Any] = Result) -> Any:
         """Posts a whole execute request: {"inputs": ..., "outputs": ...}."""
@@ -239,7 +241,7 @@ class Client:
             body, headers = room.getvalue(), {"Content-Type": "application/x-npy"}
         else:
             body, headers = wire.encode(value, "json")
-        headers["Accept"] = f"{wire.JSON}, {wire.PROBLEM}"
+        headers.update(wire.accept("json"))
         return {"href": self.document("POST", "/data", body, headers)["href"]}
 
     def processes(self) -> list[dict]:
@@ -252,13 +254,19 @@ class Client:
 
     def get(self, path: str) -> Any:
         """Any JSON document of the service."""
-        return self.document("GET", path, None, {"Accept": f"{wire.JSON}, {wire.PROBLEM}"})
+        return self.document("GET", path, None, wire.accept("json"))
 
     def document(self, method: str, path: str, body: bytes | None, headers: dict) -> Any:
-        answer = self.transport.request(method, path, body, {**headers, **self.headers})
+        """The document in the answer to a request; a refusal is raised."""
+        answer = self.ask(method, path, body, headers)
         if answer.status >= 300:
             raise failure(answer)
         return content(answer)
+
+    def ask(self, method: str, path: str, body: bytes | None, headers: dict) -> Answer:
+        """The answer to a request, which is repeated while the service is busy or away."""
+        whole = {**headers, **self.headers}
+        return self.retry.run(lambda: self.transport.request(method, path, body, whole))
 
     def close(self) -> None:
         """Closes the connection of this thread."""
@@ -275,20 +283,3 @@ def given(arguments: dict) -> dict:
     """Inputs among the arguments of a method: those that were given."""
     others = ("self", "outputs")
     return {k: v for k, v in arguments.items() if k not in others and v is not None}
-
-
-def content(answer: Answer) -> Any:
-    coding = answer.headers.get("Content-Encoding", "")
-    return wire.decode(answer.body, answer.headers.get("Content-Type", wire.JSON), coding)
-
-
-def failure(answer: Answer) -> ScatterdError:
-    """The error an answer tells of, also if it is no problem document (of a proxy, say)."""
-    try:
-        problem = content(answer)
-    except ValueError:
-        problem = None
-    if isinstance(problem, dict):
-        return ScatterdError.from_problem(answer.status, problem)
-    excerpt = answer.body[:200].decode("utf-8", "replace").strip()
-    return ScatterdError(answer.status, f"HTTP status {answer.status}", excerpt)

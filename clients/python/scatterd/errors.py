@@ -49,8 +49,13 @@ class ScatterdError(Exception):
 
 
 class UnreachableError(ScatterdError, ConnectionError):
-    """No service answers at the address."""
+    """No service answers at the address.
 
-    def __init__(self, url: str, reason: object):
+    Attributes:
+        passing: is it worth while to ask again soon? The service was there before.
+    """
+
+    def __init__(self, url: str, reason: object, passing: bool = False):
         detail = f"{reason}\n  Start one with: scatterd\n  or name another with Client(url), --url"
         super().__init__(0, f"no scatterd at {url}", f"{detail} or SCATTERD_URL")
+        self.passing = passing

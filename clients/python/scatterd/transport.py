@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import http.client
 import socket
 import threading
-from typing import NamedTuple
+import weakref
+from typing import Iterator, NamedTuple
 from urllib.parse import urlsplit
 
 from .errors import UnreachableError
@@ -17,6 +19,24 @@ class Answer(NamedTuple):
     status: int
     headers: http.client.HTTPMessage
     body: bytes
+
+
+class Stream(NamedTuple):
+    """An HTTP answer whose body comes line by line for as long as it goes on."""
+
+    status: int
+    headers: http.client.HTTPMessage
+    response: http.client.HTTPResponse
+    connection: http.client.HTTPConnection
+
+    def lines(self) -> Iterator[bytes]:
+        """Its lines until it ends, by itself or because the connection broke."""
+        with contextlib.suppress(http.client.HTTPException, OSError):
+            yield from self.response
+
+    def close(self) -> None:
+        self.response.close()
+        self.connection.close()
 
 
 class UnixConnection(http.client.HTTPConnection):
@@ -41,6 +61,8 @@ class Transport:
         self.timeout = timeout
         self.prefix = "" if url.startswith("unix:") else urlsplit(url).path.rstrip("/")
         self.local = threading.local()
+        self.all: weakref.WeakSet[http.client.HTTPConnection] = weakref.WeakSet()
+        self.has_answered = False  # ever
         self.make()  # complains about the address now rather than at the first request
 
     def make(self) -> http.client.HTTPConnection:
@@ -57,22 +79,43 @@ class Transport:
         self, method: str, path: str, body: bytes | None, headers: dict[str, str]
     ) -> Answer:
         """One request and its answer. A kept connection that has died is opened anew once; a
-        request can be repeated because none changes anything at the service."""
-        kept = getattr(self.local, "connection", None)
-        if kept is not None:
-            try:
-                return self.exchange(kept, method, path, body, headers)
-            except (http.client.RemoteDisconnected, ConnectionError):
-                self.close()
-        self.local.connection = self.make()
-        try:
+        request can be repeated because a second one changes nothing at the service: executions
+        keep nothing, and what accepts a job carries an Idempotency-Key."""
+        with self.complaining():
+            kept = getattr(self.local, "connection", None)
+            if kept is not None:
+                try:
+                    return self.exchange(kept, method, path, body, headers)
+                except (http.client.RemoteDisconnected, ConnectionError):
+                    self.close()
+            self.local.connection = self.make()
+            self.all.add(self.local.connection)
             return self.exchange(self.local.connection, method, path, body, headers)
+
+    @contextlib.contextmanager
+    def complaining(self) -> Iterator[None]:
+        """Makes whatever goes wrong on the way an UnreachableError."""
+        try:
+            yield
         except TimeoutError as error:
             self.close()
             raise UnreachableError(self.url, f"no answer within {self.timeout:g} s") from error
         except (http.client.HTTPException, OSError) as error:
             self.close()
-            raise UnreachableError(self.url, error) from error
+            raise UnreachableError(self.url, error, passing=self.has_answered) from error
+
+    def open(self, path: str, headers: dict[str, str]) -> "Answer | Stream":
+        """The answer to a GET as a stream, on a connection of its own; if it is not 200, as it
+        is."""
+        connection = self.make()
+        with self.complaining():
+            connection.request("GET", self.prefix + path, None, headers)
+            response = connection.getresponse()
+            self.has_answered = True
+            if response.status == 200:
+                return Stream(200, response.headers, response, connection)
+            with contextlib.closing(connection):
+                return Answer(response.status, response.headers, response.read())
 
     def exchange(
         self,
@@ -84,6 +127,7 @@ class Transport:
     ) -> Answer:
         connection.request(method, self.prefix + path, body, headers)
         response = connection.getresponse()
+        self.has_answered = True
         content = response.read()
         if response.will_close:
             self.close()
@@ -95,3 +139,9 @@ class Transport:
         if connection is not None:
             connection.close()
             self.local.connection = None
+
+    def close_all(self) -> None:
+        """Closes the connections of all threads, none of which may be waiting for an answer."""
+        for connection in list(self.all):
+            connection.close()
+        self.close()

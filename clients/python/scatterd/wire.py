@@ -29,13 +29,20 @@ def best_format() -> str:
 def encode(document: Any, format: str) -> tuple[bytes, dict[str, str]]:
     """Bytes of a request and the header fields that describe them and the answer wanted."""
     if format == "cbor":
-        return to_cbor(document), {"Content-Type": CBOR, "Accept": f"{CBOR}, {PROBLEM}"}
+        return to_cbor(document), {"Content-Type": CBOR, **accept(format)}
     body = to_json(document)
-    headers = {"Content-Type": JSON, "Accept": f"{JSON}, {PROBLEM}", "Accept-Encoding": "gzip"}
+    headers = {"Content-Type": JSON, **accept(format)}
     if len(body) >= GZIP_FROM:
         body = gzip.compress(body, compresslevel=1)
         headers["Content-Encoding"] = "gzip"
     return body, headers
+
+
+def accept(format: str) -> dict[str, str]:
+    """Header fields that ask for a document in a format."""
+    if format == "cbor":
+        return {"Accept": f"{CBOR}, {PROBLEM}"}
+    return {"Accept": f"{JSON}, {PROBLEM}", "Accept-Encoding": "gzip"}
 
 
 def decode(body: bytes, content_type: str, coding: str = "") -> Any:

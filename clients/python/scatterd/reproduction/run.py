@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import pathlib
-import sys
-import time
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import replace
 from typing import Any, Callable, Iterable
 
+from ..bar import Bar
 from ..client import Client
 from . import draw, huang, hwang, page
 from .parts import Ask, Item, Table
@@ -143,24 +142,3 @@ class Steps:
     def done(self, work: float, what: str = "") -> None:
         self.finished += work
         self.begin(what)
-
-
-class Bar:
-    """A progress bar on standard error; on a terminal it stays on its line."""
-
-    WIDTH = 30
-
-    def __init__(self) -> None:
-        self.begun = time.monotonic()
-        self.is_terminal = sys.stderr.isatty()
-        self.shown = -1
-
-    def __call__(self, share: float, what: str) -> None:
-        share = 1.0 if share > 1 - 1e-9 else share
-        line = (f"[{'#' * int(share * self.WIDTH):{self.WIDTH}s}] {share:4.0%} "
-                f"{time.monotonic() - self.begun:5.0f} s  {what[:40]:40s}")
-        if self.is_terminal:
-            print("\r" + line, end="\n" if share == 1 else "", file=sys.stderr, flush=True)
-        elif int(share * 10) > self.shown:
-            self.shown = int(share * 10)
-            print(line.rstrip(), file=sys.stderr, flush=True)
