@@ -175,6 +175,7 @@ sct_status sct_limited_iterate(sct_limited_iteration *it, const sct_limited_equa
     if (overflows) return no_convergence(change, k, tolerance, err);
     if (status != SCT_OK) return status;
     note(report, k, change);
+    sct_work_residual(work, change);
     if (phase != NULL) {
       status = sct_work_report(work, phase, fraction(change, tolerance), err);
       if (status != SCT_OK) return status;

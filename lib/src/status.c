@@ -79,6 +79,10 @@ int sct_work_threads(const sct_work *work) {
   return work != NULL && work->threads > 1 ? work->threads : 1;
 }
 
+void sct_work_residual(const sct_work *work, double value) {
+  if (work != NULL && work->residual != NULL) work->residual(work->context, value);
+}
+
 sct_status sct_work_report(const sct_work *work, const char *phase, double fraction,
                            sct_error *err) {
   if (work == NULL || work->report == NULL || work->report(work->context, phase, fraction)) {

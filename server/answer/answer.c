@@ -12,6 +12,7 @@
 #include "expression.h"
 #include "inflate.h"
 #include "perform.h"
+#include "progress.h"
 #include "refusal.h"
 #include "render.h"
 #include "report.h"
@@ -216,9 +217,10 @@ void answer(const ask *a, reply *r) {
     return;
   }
   by_href references = {.calls = &a->calls};
+  progress whole = {.calls = &a->calls};
   task t = {.limits = a->limits,
             .by_href = &references,
-            .work = {(int)a->limits->threads, a->calls.report, a->calls.context},
+            .work = {(int)a->limits->threads, progress_report, &whole, progress_residual},
             .checkpoint = a->checkpoint,
             .checkpoint_size = a->checkpoint_size,
             .keep_checkpoint = a->calls.checkpoint};

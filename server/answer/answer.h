@@ -33,7 +33,8 @@ typedef struct {
 /* What the caller does for an answer; NULL members: nobody does. */
 typedef struct {
   void *context;
-  bool (*report)(void *context, const char *phase, double fraction);
+  bool (*report)(void *context, const char *phase, double fraction); /* of the whole request */
+  void (*residual)(void *context, double value); /* of the newest step of an iteration */
   void (*fetch)(void *context, const char *href, ask_fetched *out);
   void (*release)(void *context, ask_fetched *out); /* after each fetch */
   void (*keep)(void *context, const char *type, const void *bytes, size_t size, ask_kept *out);

@@ -59,7 +59,8 @@ typedef struct {
   ipc_kind kind;
   double time;          /* PROGRESS, REPLY: when it is said (s), on the clock of both */
   char phase[32];       /* PROGRESS */
-  double fraction;      /* PROGRESS: 0 to 1 */
+  double fraction;      /* PROGRESS: 0 to 1, of the whole request */
+  double residual;      /* PROGRESS: of an iteration, 0 if nothing new is known of one */
   char href[IPC_URL];   /* FETCH: as the client wrote it */
   int status;           /* REPLY: HTTP status; 0 = out of memory, no bytes */
   char type[128];       /* REPLY, KEEP: media type, with parameters where it needs them */

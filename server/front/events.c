@@ -35,8 +35,10 @@ struct streams {
 
 /* ---- One event as text ---- */
 
-static const char *const names[] = {
-    [JOB_EVENT_STATUS] = "status", [JOB_EVENT_PROGRESS] = "progress", [JOB_EVENT_PHASE] = "phase"};
+static const char *const names[] = {[JOB_EVENT_STATUS] = "status",
+                                    [JOB_EVENT_PROGRESS] = "progress",
+                                    [JOB_EVENT_PHASE] = "phase",
+                                    [JOB_EVENT_RESIDUAL] = "residual"};
 
 static void set_text(stream *t, int length, char *text) {
   t->text = length >= 0 ? text : NULL;
@@ -56,10 +58,11 @@ static void write_status(stream *t) {
 
 /* The phase is the library's word: no quotes in it. */
 static void write_event(stream *t, const job_event *e) {
-  char *text = NULL;
+  char *text = NULL, residual[48] = "";
+  if (e->residual > 0) snprintf(residual, sizeof residual, ",\"residual\":%.6e", e->residual);
   const int length =
-      asprintf(&text, "id: %lld\nevent: %s\ndata: {\"progress\":%d,\"phase\":\"%s\"}\n\n",
-               (long long)e->id, names[e->kind], e->progress, e->phase);
+      asprintf(&text, "id: %lld\nevent: %s\ndata: {\"progress\":%d,\"phase\":\"%s\"%s}\n\n",
+               (long long)e->id, names[e->kind], e->progress, e->phase, residual);
   set_text(t, length, text);
 }
 

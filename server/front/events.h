@@ -1,10 +1,11 @@
 /* events.h - GET /jobs/{id}/events: what happens to a job, as it happens (server-sent events, HTML
  * Living Standard section 9.2).
  *
- * Events "status" (a statusInfo), "progress" and "phase" ({"progress","phase"}). Each job keeps its
- * newest events, each client only its place among them: one that reads slowly, or comes back with
- * Last-Event-ID after long, gets a status in place of what it missed. The stream ends with the job;
- * a client that comes back after that gets 204, which stops it. Test: http.jobs.
+ * Events "status" (a statusInfo), "progress", "phase" and "residual"
+ * ({"progress","phase","residual"?}). Each job keeps its newest events, each client only its place
+ * among them: one that reads slowly, or comes back with Last-Event-ID after long, gets a status in
+ * place of what it missed. The stream ends with the job; a client that comes back after that gets
+ * 204, which stops it. Test: http.jobs.
  */
 #ifndef SCATTERD_EVENTS_H
 #define SCATTERD_EVENTS_H

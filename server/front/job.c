@@ -59,7 +59,10 @@ job *job_find(jobs *j, const char *id) {
 job_view job_look(const job *c) {
   job_view view = {.row = c->row, .active = (job *)c};
   if (c->events != NULL) view.event = c->events->last;
-  if (c->row.state == JOB_RUNNING) memcpy(view.phase, c->phase, sizeof view.phase);
+  if (c->row.state == JOB_RUNNING) {
+    memcpy(view.phase, c->phase, sizeof view.phase);
+    view.residual = c->residual;
+  }
   return view;
 }
 
@@ -116,6 +119,7 @@ static void add_event(job *c, job_event_kind kind) {
   *event = (job_event){
       .id = e->last, .kind = kind, .state = c->row.state, .progress = c->row.progress, .time = now};
   memcpy(event->phase, c->phase, sizeof event->phase);
+  event->residual = c->residual;
 }
 
 const job_event *job_event_after(const job *which, int64_t after) {

@@ -62,9 +62,10 @@ int64_t jobs_most_memory(const jobs *j);
 
 typedef struct {
   job_row row;
-  char phase[32]; /* of a running one, "" if not known */
-  job *active;    /* NULL if it is over */
-  int64_t event;  /* id of its newest event, 0 if none is kept */
+  char phase[32];  /* of a running one, "" if not known */
+  double residual; /* of the iteration in that phase, 0 if not known */
+  job *active;     /* NULL if it is over */
+  int64_t event;   /* id of its newest event, 0 if none is kept */
 } job_view;
 
 /* A stored job as it is now. */
@@ -83,7 +84,12 @@ int jobs_result(jobs *j, const job_row *row);
 
 /* ---- Watching ---- */
 
-typedef enum { JOB_EVENT_STATUS, JOB_EVENT_PROGRESS, JOB_EVENT_PHASE } job_event_kind;
+typedef enum {
+  JOB_EVENT_STATUS,
+  JOB_EVENT_PROGRESS,
+  JOB_EVENT_PHASE,
+  JOB_EVENT_RESIDUAL
+} job_event_kind;
 
 enum { JOB_EVENTS = 32 }; /* kept of each job */
 
@@ -92,6 +98,7 @@ typedef struct {
   job_event_kind kind;
   int state, progress;
   char phase[32];
+  double residual; /* 0: none */
   double time;
 } job_event;
 

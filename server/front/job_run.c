@@ -89,9 +89,14 @@ static void heard(void *context, const ipc_news *news, int fd) {
   if (other) {
     snprintf(c->row.message, sizeof c->row.message, "%s", c->phase);
     c->row.updated = unix_now();
+    c->residual = 0;
     job_tell(c, JOB_EVENT_PHASE);
   }
   job_advance(c, news->fraction);
+  if (news->residual > 0 && isfinite(news->residual)) {
+    c->residual = news->residual;
+    job_tell(c, JOB_EVENT_RESIDUAL);
+  }
 }
 
 /* ---- The end of a run ---- */
@@ -242,6 +247,7 @@ static bool start(job *c) {
   c->all->counts.memory += c->row.estimate;
   c->row.attempts++;
   *c->phase = '\0';
+  c->residual = 0;
   job_become(c, JOB_RUNNING, "runs, attempt %d", c->row.attempts);
   job *batch = c->batch;
   if (batch != NULL && batch->row.state == JOB_ACCEPTED) {

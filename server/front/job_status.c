@@ -36,6 +36,11 @@ static void emit_string(emit *e, const char *key, const char *text) {
   emit_text(e, text);
 }
 
+static void emit_real(emit *e, const char *key, double value) {
+  emit_key(e, key);
+  emit_number(e, value);
+}
+
 static void emit_count(emit *e, const char *key, int64_t value) {
   emit_key(e, key);
   emit_integer(e, value);
@@ -94,6 +99,7 @@ static void emit_more(emit *e, const job_view *view) {
   const job_row *row = &view->row;
   emit_string(e, "message", row->message);
   emit_string(e, "phase", view->phase);
+  if (view->residual > 0) emit_real(e, "residual", view->residual);
   emit_count(e, "progress", row->progress);
   emit_time(e, "created", row->created);
   emit_time(e, "started", row->started);

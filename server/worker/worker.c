@@ -19,7 +19,8 @@ static const double report_seconds = 0.1;
 /* One request being answered. */
 typedef struct {
   const ipc_ask *question;
-  double last; /* time of the last report sent */
+  double last;     /* time of the last report sent */
+  double residual; /* heard of since then, 0 if none was */
   char phase[sizeof((ipc_news *)NULL)->phase];
 } session;
 
@@ -34,12 +35,19 @@ static bool report(void *context, const char *phase, double fraction) {
   session *r = context;
   const double time = now();
   ipc_news news = {.kind = IPC_PROGRESS, .time = time, .fraction = fraction};
+  news.residual = r->residual;
   snprintf(news.phase, sizeof news.phase, "%s", phase);
   const bool is_new = strcmp(news.phase, r->phase) != 0;
   if (!is_new && time - r->last < report_seconds) return true;
   r->last = time;
+  r->residual = 0;
   memcpy(r->phase, news.phase, sizeof r->phase);
   return ipc_send(IPC_SOCKET, &news, sizeof news, -1);
+}
+
+static void hear_residual(void *context, double value) {
+  session *r = context;
+  r->residual = value;
 }
 
 /* A descriptor that holds the bytes, -1 on failure. */
@@ -171,7 +179,7 @@ static void answer_into(const ipc_ask *question, mapped body, mapped state, repl
                  .limits = &question->limits,
                  .checkpoint = state.size > 0 ? state.bytes : NULL,
                  .checkpoint_size = state.size,
-                 .calls = {&s, report, fetch, release, keep, checkpoint}};
+                 .calls = {&s, report, hear_residual, fetch, release, keep, checkpoint}};
   answer(&a, r);
 }
 

@@ -1,7 +1,7 @@
 /* A worker for tests of the front: does not solve, but echoes its body, or fails in the way that
  * the body's first word says: "sleep 2", "abort", "exit 3", "memory", "hog", "big 1000000",
- * "problem", "phase half 0.5 2" (reports, then sleeps), "nothing" (a reply of no bytes), "try open"
- * (says what the kernel says to an attempt that a sandbox must refuse).
+ * "problem", "phase half 0.5 2" (reports, then sleeps), "nothing" (a reply of no bytes), "residual
+ * 1e-3", "try open" (says what the kernel says to an attempt that a sandbox must refuse).
  *
  * A check finds everything good but "bad"; "needs 1e9 2" (s) is estimated at so many bytes, "call
  * URL" has a subscriber, "batch 3 sleep 1" is three requests "sleep 1 #0", "sleep 1 #1", ... A
@@ -108,6 +108,13 @@ static void do_phase(const ask *a, const char *text, reply *r) {
   echo(a, text, r);
 }
 
+static void do_residual(const ask *a, const char *text, reply *r) {
+  a->calls.residual(a->calls.context, atof(text));
+  a->calls.report(a->calls.context, "solve", 0.75);
+  pause_for(0.5);
+  echo(a, text, r);
+}
+
 static void do_nothing(const ask *a, const char *text, reply *r) {
   (void)a, (void)text;
   r->bytes = malloc(1);
@@ -188,10 +195,11 @@ static void do_try(const ask *a, const char *text, reply *r) {
 static const struct {
   const char *word;
   void (*run)(const ask *a, const char *text, reply *r);
-} words[] = {{"sleep", do_sleep},     {"abort", do_abort},  {"exit", do_exit},
-             {"memory", do_memory},   {"hog", do_hog},      {"big", do_big},
-             {"problem", do_problem}, {"phase", do_phase},  {"nothing", do_nothing},
-             {"try", do_try},         {"fail", do_problem}, {"needs", do_needs}};
+} words[] = {{"sleep", do_sleep},      {"abort", do_abort},  {"exit", do_exit},
+             {"memory", do_memory},    {"hog", do_hog},      {"big", do_big},
+             {"problem", do_problem},  {"phase", do_phase},  {"nothing", do_nothing},
+             {"try", do_try},          {"fail", do_problem}, {"needs", do_needs},
+             {"residual", do_residual}};
 
 /* ---- Checks ---- */
 

@@ -328,6 +328,14 @@ class Watching(Jobs):
         self.assertIn(("phase", "factor"), [(event[1], event[2].get("phase")) for event in found])
         self.assertIn(("progress", 25), [(event[1], event[2]["progress"]) for event in found])
 
+    def test_residuals(self):
+        job = self.submit("residual 1.25e-3")
+        daemon.wait_until(lambda: self.status(job).get("residual") == 1.25e-3, "the residual")
+        found = [event for event in self.events(job, after=1) if event[1] == "residual"]
+        self.assertEqual([event[2] for event in found],
+                         [{"progress": 75, "phase": "solve", "residual": 1.25e-3}])
+        self.assertNotIn("residual", self.status(job))
+
     def test_events_resume(self):
         job = self.submit("phase factor 0.25 1.5")
         daemon.wait_until(lambda: self.status(job)["progress"] == 25, "progress")

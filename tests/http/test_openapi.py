@@ -25,6 +25,7 @@ sys.dont_write_bytecode = True
 import daemon  # noqa: E402
 
 HERE = pathlib.Path(__file__).resolve().parent
+SKIPPED = 77  # what ctest takes for "skipped"
 ROOT = HERE.parents[1]
 FRONT = ROOT / "server" / "front"
 EXAMPLES = ROOT / "schemas" / "examples"
@@ -397,9 +398,6 @@ class OpenApi(daemon.Case):
     @classmethod
     def validate(cls):
         node = shutil.which("node")
-        packages = HERE / "openapi" / "node_modules"
-        if node is None or not packages.is_dir():
-            raise AssertionError("node or its packages are missing: run `.ci/install tests`")
         with tempfile.TemporaryDirectory() as room:
             document, traffic = pathlib.Path(room) / "api.json", pathlib.Path(room) / "traffic.json"
             document.write_text(json.dumps(cls.api))
@@ -484,4 +482,7 @@ class OpenApi(daemon.Case):
 
 
 if __name__ == "__main__":
+    if shutil.which("node") is None or not (HERE / "openapi" / "node_modules").is_dir():
+        print("node or its packages are missing: `.ci/install tests`")
+        sys.exit(SKIPPED)
     unittest.main()

@@ -58,7 +58,7 @@ static sct_status march_rod(witness *w, const heat *shape, const sct_march_optio
   w->system = s;
   for (int i = 0; i < POINTS; i++) phi[i] = sin(pi * i / (POINTS - 1));
   const sct_march_problem problem = {SCT_VARIES_LOAD, w, see_advance, see_save};
-  const sct_work work = {1, see_report, w};
+  const sct_work work = {.threads = 1, .report = see_report, .context = w};
   const sct_status status = sct_march(&s, o, &problem, &work, phi, report, err);
   heat_free(&s);
   return status;

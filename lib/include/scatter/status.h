@@ -59,11 +59,14 @@ typedef struct {
 
 /* How a long call works: threads to use and whom to tell. NULL means one thread, nobody.
  * `report` is called between pieces of work, from one thread only, with the fraction in
- * [0, 1] of the named phase; if it returns false the call ends with SCT_E_CANCELLED. */
+ * [0, 1] of the named phase; if it returns false the call ends with SCT_E_CANCELLED. `residual`
+ * hears of every step of an iteration (what it is, the call says), before the report that follows
+ * it. Either may be NULL. */
 typedef struct {
   int threads; /* <= 1: one */
   bool (*report)(void *context, const char *phase, double fraction);
   void *context;
+  void (*residual)(void *context, double value);
 } sct_work;
 
 /* Name ("singular") and sentence ("singular system") of a code. Never NULL. Proof: unit.status */
@@ -90,6 +93,7 @@ const char *sct_error_message(const sct_error *err, char *room, size_t size);
 int sct_work_threads(const sct_work *work);
 
 /* Tells `work` (if any) where the call stands; SCT_E_CANCELLED if it wants no more. */
+void sct_work_residual(const sct_work *work, double value);
 SCT_NODISCARD sct_status sct_work_report(const sct_work *work, const char *phase, double fraction,
                                          sct_error *err);
 
