@@ -140,12 +140,7 @@ class Jobs:
                 of each result that failed.
             options: in_flight, jobs that are submitted and not yet taken (1000); priority.
         """
-        if errors not in ("raise", "return"):
-            raise ValueError(f"errors is {errors!r}, needs 'raise' or 'return'")
-        for _, found in Requests(self, requests, process, ordered=True, **options).outcomes():
-            if errors == "raise" and isinstance(found, Exception):
-                raise found
-            yield found
+        return Requests(self, requests, process, ordered=True, **options).results(errors)
 
     def as_completed(self, requests: Iterable[Mapping[str, Any]], process: str = "solve",
                      **options: Any) -> Iterator[tuple[int, Any]]:
