@@ -6,6 +6,7 @@ import asyncio
 import json
 import os
 import pathlib
+import signal
 import subprocess
 import sys
 import tempfile
@@ -121,7 +122,8 @@ class Submitting(Case):
             self.assertEqual(job.wait(PATIENCE).info["attempts"], attempts)
 
     def test_what_is_wrong_is_refused_at_once(self):
-        error = self.assert_refused(400, self.client.submit, "solve", {**PLANE, "diffusivity": "1 +"})
+        bad = {**PLANE, "diffusivity": "1 +"}
+        error = self.assert_refused(400, self.client.submit, "solve", bad)
         self.assertEqual(error.errors[0].pointer, "/inputs/diffusivity")
         self.assert_refused(404, self.client.submit, "guess", {})
         self.assert_refused(404, self.client.job, "none")
@@ -364,7 +366,8 @@ class Refusals(unittest.TestCase):
             self.assertEqual(retry_after({"Retry-After": text}), 0, text)
 
     def test_waits_grow_to_their_bound(self):
-        found, waits = self.run_with(*[self.Answer(503) for _ in range(9)], attempts=9, first=1, most=8)
+        answers = [self.Answer(503) for _ in range(9)]
+        found, waits = self.run_with(*answers, attempts=9, first=1, most=8)
         self.assertEqual((found, len(waits)), (503, 8))
         for wait, most in zip(waits, (1, 2, 4, 8, 8, 8, 8, 8)):
             self.assertTrue(most / 2 <= wait <= most, waits)
@@ -378,8 +381,8 @@ class Refusals(unittest.TestCase):
         for passing, found in ((True, 200), (False, None)):
             error = scatterd.UnreachableError("here", "lost", passing)
             self.assertEqual(self.run_with(error, self.Answer(200))[0], found)
-        self.assertEqual(self.run_with(*3 * [scatterd.UnreachableError("", "", True)], attempts=3)[0],
-                         None)
+        lost = 3 * [scatterd.UnreachableError("here", "lost", True)]
+        self.assertEqual(self.run_with(*lost, attempts=3)[0], None)
 
     def test_event_streams(self):
         text = (b": beat\n\nid: 5\nevent: phase\ndata: {\"a\":\ndata: 1}\n\nevent: status\r\n"
@@ -392,9 +395,9 @@ class Refusals(unittest.TestCase):
 class Restart(Case):
     unix = True
 
-    def restart(self):
+    def restart(self, how=signal.SIGTERM):
         cls, directory = type(self), self.daemon.directory
-        self.daemon.stop(keep=True)
+        self.daemon.stop(how, keep=True)
         cls.daemon = Daemon(*self.options, stub=False, unix=True, directory=directory)
         cls.addClassCleanup(cls.daemon.stop)
 
@@ -422,6 +425,18 @@ class Restart(Case):
         self.assertEqual(ended[0].message, "x")
         self.assertEqual(told[-1].data["status"], "successful")
         self.assertEqual(self.client.submit("echo", {"message": "y"}).result().message, "y")
+
+    def test_a_map_goes_on_after_a_kill(self):
+        begun = self.client.get("/jobs?limit=1")["jobs"]
+        since = begun[0]["created"] if begun else None
+        results = self.client.map(echoes(60, pause=0.02), "echo")
+        found = [next(results).message for _ in range(5)]
+        self.restart(signal.SIGKILL)
+        found += [result.message for result in results]
+        self.assertEqual(found, [str(k) for k in range(60)])
+        made = [job for job in self.client.jobs(since=since) if job.id not in
+                [one["jobID"] for one in begun]]
+        self.assertEqual(len(made), 60)  # none was made twice
 
 
 class Async(Case):
@@ -477,6 +492,31 @@ class Async(Case):
         self.assertEqual(pairs, set(range(5)))
         wait_until(lambda: not list(self.client.jobs(status=["accepted", "running"])),
                    "the end of what was left")
+
+
+class Readme(Case):
+    def run_block(self, number):
+        text = (ROOT / "clients/python/README.md").read_text(encoding="utf-8")
+        program = text.split("```python\n")[number].split("```")[0]
+        self.assertIn("http://127.0.0.1:8480", program)
+        done = subprocess.run(
+            [sys.executable, "-B", "-c", program.replace("http://127.0.0.1:8480", self.url)],
+            env={**os.environ, "PYTHONPATH": str(ROOT / "clients/python")},
+            capture_output=True, text=True, check=False)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return done.stdout.split()
+
+    def test_jobs_run_as_printed(self):
+        status, highest, *means = self.run_block(2)
+        self.assertEqual((status, float(highest)), ("successful", 1.0))
+        self.assertEqual(len(means), 4)
+        for mean in map(float, means):
+            self.assertAlmostEqual(mean, 0.5, delta=0.01)  # the solution is y
+
+    def test_asyncio_runs_as_printed(self):
+        neighbours = [float(text) for text in self.run_block(3)]
+        self.assertEqual(len(neighbours), 3)
+        self.assertGreater(min(neighbours), 5)
 
 
 class Commands(Case):

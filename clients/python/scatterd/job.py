@@ -198,8 +198,8 @@ class Job:
         return answer
 
     def __repr__(self) -> str:
-        progress = self.info.get("progress", 0)
-        return f"<Job {self.id} {self.info.get('processID', '')} {self.info['status']} {progress} %>"
+        process, status = self.info.get("processID", ""), self.info["status"]
+        return f"<Job {self.id} {process} {status} {self.info.get('progress', 0)} %>"
 
 
 def show(tell: Progress | None, info: dict) -> None:

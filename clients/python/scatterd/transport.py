@@ -13,6 +13,9 @@ from urllib.parse import urlsplit
 from .errors import UnreachableError
 
 
+SILENCE = 60.0  # seconds after which a stream counts as broken; the service's beats come oftener
+
+
 class Answer(NamedTuple):
     """An HTTP answer with its whole body."""
 
@@ -108,6 +111,7 @@ class Transport:
         """The answer to a GET as a stream, on a connection of its own; if it is not 200, as it
         is."""
         connection = self.make()
+        connection.timeout = min(self.timeout or SILENCE, SILENCE)
         with self.complaining():
             connection.request("GET", self.prefix + path, None, headers)
             response = connection.getresponse()
