@@ -13,20 +13,37 @@
 
 #include "scatter/status.h"
 
-#define PETSC_CALLS(X)                                                                           \
-  X(PetscInitializeNoArguments)                                                                  \
-  X(PetscMallocSet)                                                                              \
-  X(PetscOptionsSetValue)                                                                        \
-  X(PetscPushErrorHandler)                                                                       \
-  X(MatCreateSeqAIJWithArrays)                                                                   \
-  X(MatDestroy)                                                                                  \
-  X(VecCreateSeqWithArray)                                                                       \
-  X(VecDestroy)                                                                                  \
-  X(VecPlaceArray)                                                                               \
-  X(VecResetArray) X(KSPCreate) X(KSPDestroy) X(KSPSetOperators) X(KSPSetType) X(KSPSetPCSide)   \
-      X(KSPSetNormType) X(KSPSetOptionsPrefix) X(KSPSetFromOptions) X(KSPSetInitialGuessNonzero) \
-          X(KSPSetConvergenceTest) X(KSPGetPC) X(KSPSetUp) X(KSPSolve) X(KSPSolveTranspose)      \
-              X(KSPGetIterationNumber) X(KSPGetConvergedReason) X(PCSetType) X(PCGetFailedReason)
+/* clang-format off */
+#define PETSC_CALLS(X) \
+  X(PetscInitializeNoArguments) \
+  X(PetscMallocSet) \
+  X(PetscOptionsSetValue) \
+  X(PetscPushErrorHandler) \
+  X(MatCreateSeqAIJWithArrays) \
+  X(MatDestroy) \
+  X(VecCreateSeqWithArray) \
+  X(VecDestroy) \
+  X(VecPlaceArray) \
+  X(VecResetArray) \
+  X(KSPCreate) \
+  X(KSPDestroy) \
+  X(KSPSetOperators) \
+  X(KSPSetType) \
+  X(KSPSetPCSide) \
+  X(KSPSetNormType) \
+  X(KSPSetOptionsPrefix) \
+  X(KSPSetFromOptions) \
+  X(KSPSetInitialGuessNonzero) \
+  X(KSPSetConvergenceTest) \
+  X(KSPGetPC) \
+  X(KSPSetUp) \
+  X(KSPSolve) \
+  X(KSPSolveTranspose) \
+  X(KSPGetIterationNumber) \
+  X(KSPGetConvergedReason) \
+  X(PCSetType) \
+  X(PCGetFailedReason)
+/* clang-format on */
 
 typedef struct {
 #define PETSC_POINTER(name) __typeof__(name) *name;

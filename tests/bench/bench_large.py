@@ -95,7 +95,7 @@ def plot(rows, path):
     import matplotlib.pyplot as plt
     quantities = (("total", "whole pipeline, CPU s"), ("iterations", "iterations"),
                   ("megabytes", "memory of the solve, MB"))
-    figure, axes = plt.subplots(2, 3, figsize=(13, 7.5), sharex=True, constrained_layout=True)
+    figure, axes = plt.subplots(2, 3, figsize=(13, 8), sharex=True)
     for line, dim in zip(axes, (2, 3)):
         for axis, (key, label) in zip(line, quantities):
             for k, name in enumerate(dict.fromkeys(row["solver"] for row in rows)):
@@ -110,7 +110,8 @@ def plot(rows, path):
             if axis in axes[1]:
                 axis.set_xlabel("points")
     handles, names = axes[0][0].get_legend_handles_labels()
-    figure.legend(handles, names, loc="outside lower center", ncol=len(names))
+    figure.tight_layout(rect=(0, 0.05, 1, 1))
+    figure.legend(handles, names, loc="lower center", ncol=len(names))
     figure.savefig(path, dpi=110)
 
 

@@ -93,6 +93,6 @@ test('every process has a form', () => withPage(async ({ page, daemon }) => {
   const { processes } = await (await fetch(`${daemon.url}/processes`)).json();
   for (const { id } of processes) {
     await page.goto(`${daemon.url}/#run/${id}`);
-    await page.waitForFunction((name) => document.querySelector('.problem select').value === name && document.querySelector('.form .field, .form .group'), id);
+    await page.waitForFunction((name) => document.querySelector('.problem select').value === name && document.querySelector('.form :is(.field, .group, .chips)'), id);
   }
 }));

@@ -85,6 +85,14 @@ export function pixels(page) {
   });
 }
 
+/** A picture in short: equal if the points' canvas is. */
+export function likeness(page) {
+  return page.evaluate(async () => {
+    const bytes = new TextEncoder().encode(document.querySelector('.canvas canvas').toDataURL());
+    return Array.from(new Uint8Array(await crypto.subtle.digest('SHA-256', bytes))).join();
+  });
+}
+
 export const unitSquare = (cells, jitter = 0.2) => ({ lattice: { lower: [0, 0], upper: [1, 1], cells: [cells, cells], jitter, seed: 1 } });
 
 export const heat = {

@@ -5,7 +5,7 @@ import { readFile } from 'node:fs/promises';
 import { join } from 'node:path';
 import { test } from 'node:test';
 import { pathToFileURL } from 'node:url';
-import { drawn, heat, linkTo, pick, pixels, unitSquare, withPage } from './page.mjs';
+import { drawn, heat, likeness, linkTo, pick, pixels, unitSquare, withPage } from './page.mjs';
 
 const { interpolateViridis } = await import(
   pathToFileURL(join(process.env.SCATTERD_WEB, 'node_modules/d3-scale-chromatic/src/index.js')));
@@ -54,12 +54,12 @@ test('a problem of the form: error, times, cut, neighbours, link', () => withPag
   await page.goto(`${daemon.url}/${linkTo('solve', heat)}`);
   await page.getByRole('button', { name: 'Solve', exact: true }).click();
   await drawn(page, 441);
-  const before = (await pixels(page)).data.join();
+  const before = await likeness(page);
   await pick(page, 'Colour').selectOption('error');
   await page.getByRole('img', { name: /Error/ }).waitFor();
   await page.waitForFunction(() => document.querySelector('.stage-foot').textContent.includes('solved'));
   await page.waitForTimeout(300);
-  assert.notEqual((await pixels(page)).data.join(), before);
+  assert.notEqual(await likeness(page), before);
 
   await page.getByLabel('Time', { exact: true }).focus();
   await page.keyboard.press('Home');
@@ -89,14 +89,14 @@ test('the keyboard moves, zooms and reads off', () => withPage(async ({ page, da
   await drawn(page, 441);
   const hands = page.locator('.hands');
   await hands.focus();
-  const start = (await pixels(page)).data.join();
+  const start = await likeness(page);
   await page.keyboard.press('ArrowLeft');
   await page.keyboard.press('+');
   await page.waitForTimeout(600);
-  assert.notEqual((await pixels(page)).data.join(), start);
+  assert.notEqual(await likeness(page), start);
   await page.keyboard.press('0');
   await page.waitForTimeout(600);
-  assert.equal((await pixels(page)).data.join(), start);
+  assert.equal(await likeness(page), start);
   await page.keyboard.press('Shift+ArrowRight');
   await page.locator('.probe b').waitFor();
   assert.match(await page.locator('.probe').innerText(), /at \(0\.5/);
@@ -127,10 +127,10 @@ test('space and the line', () => withPage(async ({ page, daemon }) => {
   const boundary = [{ on: 'boundary', type: 'dirichlet', value: 0 }];
   await page.goto(`${daemon.url}/${linkTo('solve', { cloud: box, diffusivity: 1, source: 1, boundary }, { go: '1' })}`);
   await drawn(page, 729);
-  const closed = (await pixels(page)).data.join();
+  const closed = await likeness(page);
   await pick(page, 'Open').fill('0.5');
   await page.waitForTimeout(600);
-  assert.notEqual((await pixels(page)).data.join(), closed);
+  assert.notEqual(await likeness(page), closed);
   const line = { lattice: { lower: [0], upper: [1], cells: [20] } };
   await page.goto(`${daemon.url}/${linkTo('solve', { cloud: line, diffusivity: 1, source: 1, boundary }, { go: '1' })}`);
   await page.getByRole('img', { name: 'Solution' }).waitFor();

@@ -191,6 +191,7 @@ class Case(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.daemon = Daemon(*cls.options, stub=cls.stub, unix=cls.unix)
+        cls.addClassCleanup(cls.daemon.stop)  # where the class fails to start, nothing else stops it
         cls.daemon.wait_ready()
 
     @classmethod

@@ -196,7 +196,7 @@ class Service(unittest.TestCase):
     def test_processes_are_listed_and_described(self):
         with scatterd.Client(url) as client:
             names = [process["id"] for process in client.processes()]
-            self.assertEqual(names, ["solve", "apply", "diagnose", "study", "echo", "batch"])
+            self.assertEqual(names, ["solve", "apply", "diagnose", "study", "flow", "echo", "batch"])
             self.assertIn("cloud", client.process("solve")["inputs"])
 
     def test_unix_sockets_serve_as_well(self):

@@ -53,6 +53,8 @@ def wrong_with_problem(reply):
 
 def wrong_with_result(reply, request):
     """What is wrong with a result, apart from its numbers; "" if nothing."""
+    if reply.status == 201:  # a batch is accepted as a job, whose status is JSON
+        return "" if json.loads(reply.body)["status"] == "accepted" else "a job that is not accepted"
     if reply.type == MEDIA["cbor"] and request.format == "cbor":
         mutation.wire.from_cbor(reply.body)
     elif reply.type == MEDIA["json"] and request.format == "json":

@@ -61,7 +61,7 @@ function Complaints({ errors }: { errors: readonly FieldError[] }) {
 
 function JsonText({ inputs, onChange }: { inputs: Request['inputs']; onChange: (inputs: unknown) => void }) {
   const large = sizeOf(inputs) > 20_000;
-  const [text, setText] = useState('');
+  const [text, setText] = useState(() => (large ? '' : pretty(inputs)));
   const [trouble, setTrouble] = useState('');
   useEffect(() => {
     if (!large && document.activeElement?.id !== 'json-text') setText(pretty(inputs));
