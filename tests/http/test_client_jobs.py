@@ -39,6 +39,7 @@ HEAT = {
     "initial": "sin(pi*x)*sin(pi*y)",
     "time": {"method": "backward-euler", "end": 0.1, "step": 2e-4},
 }
+MARCH = {**HEAT, "time": {"method": "backward-euler", "end": 0.1, "step": 1e-6}}  # some minutes
 LONG = {"message": "long", "pause": 60}
 
 
@@ -155,7 +156,18 @@ class Watching(Case):
         shares = [share for share, _ in told]
         self.assertEqual(shares, sorted(shares))
         self.assertEqual(told[-1], (1.0, "successful"))
-        self.assertTrue([share for share in shares if 0 < share < 1], told)
+
+    def test_fraction_and_phase_are_told(self):
+        told = []
+
+        def tell(share, what):
+            told.append((share, what))
+            if share >= 0.02:
+                job.cancel()
+
+        job = self.client.submit("solve", MARCH, fresh=True)
+        self.assertEqual(job.wait(4 * PATIENCE, progress=tell).status, "dismissed")
+        self.assertIn("march", [what for share, what in told if 0 < share < 1])
 
     def test_bar(self):
         with mock.patch("sys.stderr") as stderr:
@@ -195,14 +207,23 @@ class Watching(Case):
     def test_events(self):
         job = self.client.submit("solve", HEAT, fresh=True)
         events = list(job.events())
-        kinds = {event.kind for event in events}
-        self.assertEqual(kinds, {"status", "phase", "progress"})
+        self.assertEqual(events[0].kind, "status")
         self.assertEqual(events[-1].data["status"], "successful")
         self.assertTrue(job.is_over)
         numbers = [int(event.id) for event in events]
         self.assertEqual(numbers, sorted(numbers))
         self.assertEqual(list(job.events(after=events[-1].id)), [])
         self.assertEqual([event.data["status"] for event in job.events()], ["successful"])
+
+    def test_events_of_every_kind(self):
+        job, events = self.client.submit("solve", MARCH, fresh=True), []
+        for event in job.events(after="1"):  # also what came before we looked
+            events.append(event)
+            if event.kind == "progress" and not job.is_over:
+                job.cancel()
+        self.assertEqual({event.kind for event in events}, {"status", "phase", "progress"})
+        self.assertEqual(events[-1].data["status"], "dismissed")
+        self.assertIn("march", [event.data["phase"] for event in events if event.kind == "phase"])
 
     def test_events_go_on_after_a_broken_stream(self):
         job = self.client.submit("echo", {"message": "x", "pause": 1.5})
