@@ -86,12 +86,11 @@ class Client:
 
     async def close(self) -> None:
         """Ends its threads, and closes their connections."""
-        pools = (self.asking, self.waiting)
-        for pool in pools:
-            pool.shutdown(wait=False, cancel_futures=True)
-        self.plain.transport.close_all()
-        for pool in pools:
-            await asyncio.to_thread(pool.shutdown)
+        kept = self.plain.transport.kept()  # a thread that ends forgets its own
+        for pool in (self.asking, self.waiting):
+            await asyncio.to_thread(pool.shutdown, cancel_futures=True)
+        for connection in kept:
+            connection.close()
 
     async def __aenter__(self) -> "Client":
         return self

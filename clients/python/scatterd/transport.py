@@ -65,6 +65,7 @@ class Transport:
         self.prefix = "" if url.startswith("unix:") else urlsplit(url).path.rstrip("/")
         self.local = threading.local()
         self.all: weakref.WeakSet[http.client.HTTPConnection] = weakref.WeakSet()
+        self.lock = threading.Lock()  # of all
         self.has_answered = False  # ever
         self.make()  # complains about the address now rather than at the first request
 
@@ -92,7 +93,8 @@ class Transport:
                 except (http.client.RemoteDisconnected, ConnectionError):
                     self.close()
             self.local.connection = self.make()
-            self.all.add(self.local.connection)
+            with self.lock:
+                self.all.add(self.local.connection)
             return self.exchange(self.local.connection, method, path, body, headers)
 
     @contextlib.contextmanager
@@ -144,8 +146,7 @@ class Transport:
             connection.close()
             self.local.connection = None
 
-    def close_all(self) -> None:
-        """Closes the connections of all threads, none of which may be waiting for an answer."""
-        for connection in list(self.all):
-            connection.close()
-        self.close()
+    def kept(self) -> list[http.client.HTTPConnection]:
+        """The connections of all threads, for whoever closes them."""
+        with self.lock:
+            return list(self.all)
