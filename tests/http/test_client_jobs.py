@@ -127,6 +127,10 @@ class Submitting(Case):
         error = self.assert_refused(400, self.client.submit, "solve", bad)
         self.assertEqual(error.errors[0].pointer, "/inputs/diffusivity")
         self.assert_refused(404, self.client.submit, "guess", {})
+        address = {"successUri": "http://nobody.example/"}
+        error = self.assert_refused(400, self.client.submit, "echo", {"message": "x"},
+                                    subscriber=address)
+        self.assertEqual(error.errors[0].pointer, "/subscriber/successUri")
         self.assert_refused(404, self.client.job, "none")
 
     def test_a_job_that_fails_tells_why(self):
