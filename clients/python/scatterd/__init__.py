@@ -11,24 +11,32 @@
     )
     print(result.solution.max())
     scatterd.plot(result, file="solution.png")
+
+`client.submit` runs the same as a job; `scatterd.aio` is the client for asyncio.
 """
 
 from .client import Client
 from .errors import Culprit, ScatterdError, UnreachableError
 from .flow import Flow
+from .job import Job
 from .lattice import lattice_points
 from .plotting import plot
 from .problem import cloud, dirichlet, lattice, neumann, robin
 from .result import Record, Result
+from .retry import Retry
+from .sse import Event
 from .study import Study
 
 __version__ = "0.1.0"
 __all__ = [
     "Client",
     "Culprit",
+    "Event",
     "Flow",
+    "Job",
     "Record",
     "Result",
+    "Retry",
     "ScatterdError",
     "Study",
     "UnreachableError",

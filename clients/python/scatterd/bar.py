@@ -28,7 +28,7 @@ class Bar:
             self.shown = int(share * 10)
             print(line.rstrip(), file=sys.stderr, flush=True)
 
-    def end(self) -> None:
+    def close(self) -> None:
         """Ends its line, if it has not come to 100 %."""
         if self.is_open:
             self.is_open = False

@@ -1,22 +1,16 @@
-"""Command line: scatterd-client PROCESS request.json."""
+"""Command line: scatterd-client PROCESS request.json; jobs are in job_commands."""
 
 from __future__ import annotations
 
 import argparse
-import json
-import pathlib
 import sys
-from typing import Any, Iterator
 
-import numpy
-
-from .client import DEFAULT_URL, Client
+from .client import DEFAULT_URL
+from .command_parts import add_output, check_output, client, read_request, show
 from .errors import ScatterdError
-from .plotting import plot
-from .flow import Flow
+from .job import KINDS
+from .job_commands import add_job_commands
 from .result import Result
-from .saving import WRITERS, leaves, save
-from .study import Study
 
 PROCESSES = {
     "solve": "solve a convection-diffusion-reaction problem",
@@ -52,11 +46,9 @@ def parser() -> argparse.ArgumentParser:
     for name, text in PROCESSES.items():
         command = commands.add_parser(name, help=text, parents=[shared])
         command.add_argument("request", help='file with {"inputs": {...}}; - for standard input')
-        command.add_argument("--output", metavar="FILE", help="write results: .json, .npz, .csv, .vtp")
-        if name != "echo":
-            command.add_argument("--plot", metavar="FILE", help="draw it (.png, .pdf, .svg)")
-            command.add_argument("--field", help="output to draw")
-        command.set_defaults(run=run_process, process=name, plot=None, field=None)
+        add_output(command, with_plot=name != "echo")
+        command.set_defaults(run=run_process, process=name)
+    add_job_commands(commands, shared)
     both = commands.add_parser(
         "reproduce", help="make all tables and figures of two papers", parents=[shared]
     )
@@ -67,10 +59,6 @@ def parser() -> argparse.ArgumentParser:
     listing = commands.add_parser("processes", help="list the processes", parents=[shared])
     listing.set_defaults(run=run_processes)
     return top
-
-
-def client(options: argparse.Namespace) -> Client:
-    return Client(options.url, options.token, options.timeout, options.format)
 
 
 def run_processes(options: argparse.Namespace) -> int:
@@ -96,49 +84,9 @@ def run_reproduce(options: argparse.Namespace) -> int:
 
 
 def run_process(options: argparse.Namespace) -> int:
-    if options.output and pathlib.Path(options.output).suffix not in WRITERS:
-        raise ValueError(f"output {options.output!r} needs a name in {' or '.join(WRITERS)}")
+    check_output(options.output)
     request = read_request(options.request)
     with client(options) as service:
         result = service.post(options.process, request, KINDS.get(options.process, Result))
-    if options.output:
-        save(result, options.output)
-    if options.plot and isinstance(result, Study):
-        result.plot(options.field or "l2", file=options.plot)
-    elif options.plot:
-        plot(result, options.field, file=options.plot)
-    for line in summary(result):
-        print(line)
+    show(result, options)
     return 0
-
-
-def read_request(name: str) -> dict:
-    """The request in a file, or on standard input."""
-    text = sys.stdin.read() if name == "-" else pathlib.Path(name).read_text(encoding="utf-8")
-    try:
-        request = json.loads(text)
-    except json.JSONDecodeError as error:
-        raise ValueError(f"{name}: no JSON: {error}") from None
-    if not isinstance(request, dict):
-        raise ValueError(f'{name}: needs an object {{"inputs": {{...}}}}')
-    return request
-
-
-KINDS = {"study": Study, "flow": Flow}
-
-
-def summary(result: Result) -> Iterator[str]:
-    """A line per output: arrays by shape and range, numbers as they are."""
-    for name, value in leaves(result):
-        if isinstance(value, numpy.ndarray) and value.size > 6:
-            shape = " x ".join(map(str, value.shape))
-            low, high = numpy.nanmin(value), numpy.nanmax(value)
-            yield f"{name:36s} {shape} numbers from {low:.6g} to {high:.6g}"
-        else:
-            yield f"{name:36s} {shown(value)}"
-
-
-def shown(value: Any) -> str:
-    if isinstance(value, numpy.ndarray):
-        return " ".join(f"{number:.6g}" for number in value.ravel())
-    return f"{value:.6g}" if isinstance(value, float) else str(value)

@@ -68,7 +68,7 @@ class Job:
             info.
         """
         headers = wire.accept("json")
-        if wait >= 1:
+        if wait >= 1 and (self.tag or not news):  # without a tag all is news
             headers["Prefer"] = f"wait={int(wait)}"
         if news and self.tag:
             headers["If-None-Match"] = self.tag
@@ -119,7 +119,7 @@ class Job:
                 show(tell, info)
         finally:
             if isinstance(tell, Bar):
-                tell.end()
+                tell.close()
         return self
 
     def result(self, timeout: float | None = None) -> Any:
@@ -198,8 +198,8 @@ class Job:
         return answer
 
     def __repr__(self) -> str:
-        progress = self.info.get("progress", 0)
-        return f"<Job {self.id} {self.info.get('processID', '')} {self.info['status']} {progress} %>"
+        process, status = self.info.get("processID", ""), self.info["status"]
+        return f"<Job {self.id} {process} {status} {self.info.get('progress', 0)} %>"
 
 
 def show(tell: Progress | None, info: dict) -> None:

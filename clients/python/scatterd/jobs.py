@@ -69,11 +69,13 @@ class Jobs:
         whole = dict(request) if subscriber is None else {**request, "subscriber": subscriber}
         body, headers = wire.encode(whole, self.format)
         headers.update(wire.accept("json"))
-        headers["Prefer"] = "respond-async" + (f", priority={priority}" if priority is not None else "")
+        wanted = "" if priority is None else f", priority={priority}"
+        headers["Prefer"] = "respond-async" + wanted
         headers["Idempotency-Key"] = key or uuid.uuid4().hex
         if fresh:
             headers["Cache-Control"] = "no-cache"
-        info = self.document("POST", f"/processes/{quote(process, safe='')}/execution", body, headers)
+        path = f"/processes/{quote(process, safe='')}/execution"
+        info = self.document("POST", path, body, headers)
         return Job(self, info, dict(request.get("inputs", {})))  # type: ignore[arg-type]
 
     def job(self, id: str) -> Job:
@@ -140,12 +142,7 @@ class Jobs:
                 of each result that failed.
             options: in_flight, jobs that are submitted and not yet taken (1000); priority.
         """
-        if errors not in ("raise", "return"):
-            raise ValueError(f"errors is {errors!r}, needs 'raise' or 'return'")
-        for _, found in Requests(self, requests, process, ordered=True, **options).outcomes():
-            if errors == "raise" and isinstance(found, Exception):
-                raise found
-            yield found
+        return Requests(self, requests, process, ordered=True, **options).results(errors)
 
     def as_completed(self, requests: Iterable[Mapping[str, Any]], process: str = "solve",
                      **options: Any) -> Iterator[tuple[int, Any]]:

@@ -58,6 +58,15 @@ class Requests:
         finally:
             self.stop()
 
+    def results(self, errors: str) -> Iterator[Any]:
+        """What is in the pairs; with errors="raise" the first failure is raised at its turn."""
+        if errors not in ("raise", "return"):
+            raise ValueError(f"errors is {errors!r}, needs 'raise' or 'return'")
+        for _, found in self.outcomes():
+            if errors == "raise" and isinstance(found, Exception):
+                raise found
+            yield found
+
     def finished(self) -> Iterator[tuple[int, Any]]:
         """Pairs in the order in which they end, until there are as many as requests."""
         total, count = math.inf, 0
@@ -81,13 +90,15 @@ class Requests:
             yield self.turn - 1
 
     def stop(self) -> None:
-        """Ends the threads, and cancels what is not over."""
+        """Ends the threads and the pairs, and cancels what is not over; from any thread."""
         self.stopping.set()
+        self.over.put((ALL, 0))
         self.slots.release()
         for _ in range(WAITERS):
             self.submitted.put(None)
-        for job in list(self.jobs.values()):
-            cancel(job)
+        with contextlib.suppress(KeyError):
+            while True:
+                cancel(self.jobs.popitem()[1])
 
     # ---- the thread that submits ----
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import json
 from typing import Any, Iterable, Iterator, NamedTuple
 
-OVER = ("successful", "failed", "dismissed")
+OVER = ("successful", "failed", "dismissed")  #: states that a job does not leave
+STATES = ("accepted", "running", *OVER)
 
 
 class Event(NamedTuple):

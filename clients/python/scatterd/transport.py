@@ -13,6 +13,9 @@ from urllib.parse import urlsplit
 from .errors import UnreachableError
 
 
+SILENCE = 60.0  # seconds after which a stream counts as broken; the service's beats come oftener
+
+
 class Answer(NamedTuple):
     """An HTTP answer with its whole body."""
 
@@ -62,6 +65,7 @@ class Transport:
         self.prefix = "" if url.startswith("unix:") else urlsplit(url).path.rstrip("/")
         self.local = threading.local()
         self.all: weakref.WeakSet[http.client.HTTPConnection] = weakref.WeakSet()
+        self.lock = threading.Lock()  # of all
         self.has_answered = False  # ever
         self.make()  # complains about the address now rather than at the first request
 
@@ -89,7 +93,8 @@ class Transport:
                 except (http.client.RemoteDisconnected, ConnectionError):
                     self.close()
             self.local.connection = self.make()
-            self.all.add(self.local.connection)
+            with self.lock:
+                self.all.add(self.local.connection)
             return self.exchange(self.local.connection, method, path, body, headers)
 
     @contextlib.contextmanager
@@ -108,6 +113,7 @@ class Transport:
         """The answer to a GET as a stream, on a connection of its own; if it is not 200, as it
         is."""
         connection = self.make()
+        connection.timeout = min(self.timeout or SILENCE, SILENCE)
         with self.complaining():
             connection.request("GET", self.prefix + path, None, headers)
             response = connection.getresponse()
@@ -140,8 +146,7 @@ class Transport:
             connection.close()
             self.local.connection = None
 
-    def close_all(self) -> None:
-        """Closes the connections of all threads, none of which may be waiting for an answer."""
-        for connection in list(self.all):
-            connection.close()
-        self.close()
+    def kept(self) -> list[http.client.HTTPConnection]:
+        """The connections of all threads, for whoever closes them."""
+        with self.lock:
+            return list(self.all)
