@@ -8,9 +8,17 @@
 static const struct {
   const char *phase;
   double from, to; /* fractions of the whole */
-} places[] = {{"search", 0, 0.05},   {"stencil", 0.05, 0.1}, {"assemble", 0.1, 0.25},
-              {"apply", 0.1, 0.95},  {"factor", 0.25, 0.7},  {"solve", 0.7, 0.95},
-              {"march", 0.25, 0.95}, {"encode", 0.95, 1}};
+} places[] = {{"search", 0, 0.01},
+              {"nearest neighbours", 0.01, 0.04},
+              {"stencil", 0.04, 0.05},
+              {"neighbours", 0.05, 0.07},
+              {"neighbour lists", 0.07, 0.1},
+              {"assemble", 0.1, 0.25},
+              {"apply", 0.1, 0.95},
+              {"factor", 0.25, 0.7},
+              {"solve", 0.7, 0.95},
+              {"march", 0.25, 0.95},
+              {"encode", 0.95, 1}};
 
 static double whole(const char *phase, double fraction) {
   for (size_t k = 0; k < sizeof places / sizeof *places; k++) {
