@@ -29,7 +29,7 @@ fi
 PYTHONPATH=clients/python /usr/bin/python3 clients/python/examples/gartland.py --url "$url" \
   --plot build/gartland.png
 echo "Picture of the solution: build/gartland.png"
-echo "Open $url in a browser for the list of everything the daemon does"
+echo "Open $url in a browser for the dashboard"
 if [ "${1:-}" = --stop ] && [ -n "${daemon:-}" ]; then
   kill $daemon && wait $daemon || true
 fi
