@@ -4,9 +4,9 @@ together, snapshots can be posted to diagnose and apply, a job that is killed go
 
 import json
 import math
+import pathlib
 import signal
 import sys
-import time
 import unittest
 
 sys.dont_write_bytecode = True
@@ -128,11 +128,12 @@ class Jobs(unittest.TestCase):
         return server.request("GET", f"/jobs/{job}/results").json
 
     def test_a_killed_run_goes_on_where_it_was(self):
-        body = {"inputs": {"case": "cavity", "cells": 28, "end": 30, "save": [1]},
+        body = {"inputs": {"case": "cavity", "cells": 28, "end": 60, "save": [1]},
                 "outputs": {"particles": {}, "history": {}, "summary": {}, "snapshots": {}}}
         server = daemon.Daemon("--workers", "1", "--seconds", "300", stub=False)
         job = self.request(server, body).json["jobID"]
-        time.sleep(4 if not daemon.is_sanitized() else 10)  # past the first state that is kept
+        daemon.wait_until(lambda: list(pathlib.Path(server.data).rglob(f"{job}.checkpoint")),
+                          "a state that is kept")
         server.stop(signal.SIGKILL, keep=True)
         server = daemon.Daemon("--workers", "1", "--seconds", "300", stub=False,
                                directory=server.directory)
