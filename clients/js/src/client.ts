@@ -72,7 +72,7 @@ export class Client {
         ...(body !== undefined && { body: body as BodyInit }),
       });
     } catch (error) {
-      if (signal?.aborted) throw error;
+      if (signal?.aborted) throw signal.reason; // fetch of Node 18 has an error of its own for it
       throw new UnreachableError(`${this.base.origin} does not answer`, { cause: error });
     }
     if (!reply.ok) throw await problemOf(reply);

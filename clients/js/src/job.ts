@@ -72,11 +72,12 @@ export class Job {
     try {
       const reply = await this.client.call('GET', `${this.path}/events`, { ...options, headers });
       if (!reply.body) return;
-      for await (const { type, data, id } of readEvents(reply.body, state)) {
+      for await (const { type, data, id } of readEvents(reply.body, state, options.signal)) {
         yield { type, id, data: parse(data) };
       }
     } catch (error) {
-      if (options.signal?.aborted || (error instanceof ProblemError && !isPassing(error))) throw error;
+      if (options.signal?.aborted) throw options.signal.reason;
+      if (error instanceof ProblemError && !isPassing(error)) throw error;
     }
   }
 

@@ -17,9 +17,10 @@ export interface StreamState {
 export async function* readEvents(
   body: ReadableStream<Uint8Array>,
   state: StreamState,
+  signal?: AbortSignal,
 ): AsyncGenerator<ServerEvent> {
   const block = new Block(state);
-  for await (const line of linesOf(body)) {
+  for await (const line of linesOf(body, signal)) {
     const event = block.take(line);
     if (event) yield event;
   }
@@ -61,13 +62,24 @@ class Block {
   }
 }
 
-async function* linesOf(body: ReadableStream<Uint8Array>): AsyncGenerator<string> {
+/** Never settles but by the signal. fetch of Node 18 may forget the signal while a body is read. */
+function abortion(signal: AbortSignal): Promise<never> {
+  const promise = new Promise<never>((_, reject) => {
+    if (signal.aborted) reject(signal.reason);
+    signal.addEventListener('abort', () => reject(signal.reason), { once: true });
+  });
+  promise.catch(() => undefined); // it may come when nobody reads any more
+  return promise;
+}
+
+async function* linesOf(body: ReadableStream<Uint8Array>, signal?: AbortSignal): AsyncGenerator<string> {
   const reader = body.getReader();
+  const aborted = signal && abortion(signal);
   const decoder = new TextDecoder();
   let rest = '';
   try {
     for (;;) {
-      const { done, value } = await reader.read();
+      const { done, value } = await (aborted ? Promise.race([reader.read(), aborted]) : reader.read());
       if (done) return;
       rest += decoder.decode(value, { stream: true });
       const lines = rest.split(/\r\n|\n|\r(?!$)/);
@@ -75,6 +87,6 @@ async function* linesOf(body: ReadableStream<Uint8Array>): AsyncGenerator<string
       yield* lines;
     }
   } finally {
-    await reader.cancel().catch(() => undefined);
+    void reader.cancel().catch(() => undefined); // not awaited: after an abort it may never settle
   }
 }
