@@ -3,8 +3,10 @@
  * A row whose entries (matrix and coupling) sum to zero annihilates constants. A set of such rows
  * that refers to no Dirichlet point and to no row outside the set has the constant as a null
  * vector. So a row is held if it does not sum to zero, refers to a Dirichlet point, or refers to a
- * row that is held; what remains is the cause.
+ * row that is held; what remains is the cause. A row without any entry is more obvious and told
+ * first.
  */
+#include <float.h>
 #include <inttypes.h>
 #include <math.h>
 
@@ -76,7 +78,31 @@ static void describe(const sct_system *system, const uint8_t *held, int64_t loos
   if (err != NULL) *err = cause;
 }
 
+static bool is_blank(const sct_csr *a, int64_t row) {
+  for (int64_t e = a->start[row]; e < a->start[row + 1]; e++) {
+    if (!(fabs(a->value[e]) < DBL_MIN)) return false;
+  }
+  return true;
+}
+
+/* Are there points whose equation says nothing? */
+static bool find_blank(const sct_system *system, sct_error *err) {
+  sct_error cause = {.code = SCT_OK};
+  for (int64_t row = 0; row < system->unknowns; row++) {
+    if (!is_blank(system->matrix, row) || !is_blank(system->coupling, row)) continue;
+    if (cause.count == 0) {
+      sct_fail(&cause, SCT_E_SINGULAR, system->point_of[row],
+               "has no equation: diffusivity, velocity and reaction are all zero there");
+    } else {
+      sct_error_add_point(&cause, system->point_of[row]);
+    }
+  }
+  if (cause.count > 0 && err != NULL) *err = cause;
+  return cause.count > 0;
+}
+
 bool sct_system_explain(const sct_system *system, sct_error *err) {
+  if (find_blank(system, err)) return true;
   const int64_t m = system->unknowns;
   int64_t *start = NULL, end = 0;
   int32_t *users = NULL, *queue = NULL;

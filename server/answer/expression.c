@@ -65,19 +65,22 @@ typedef struct {
 } function;
 
 static const function functions[] = {
-    {"sin", sin, NULL, NULL},       {"cos", cos, NULL, NULL},     {"tan", tan, NULL, NULL},
-    {"asin", asin, NULL, NULL},     {"acos", acos, NULL, NULL},   {"atan", atan, NULL, NULL},
-    {"sinh", sinh, NULL, NULL},     {"cosh", cosh, NULL, NULL},   {"tanh", tanh, NULL, NULL},
-    {"asinh", asinh, NULL, NULL},   {"acosh", acosh, NULL, NULL}, {"atanh", atanh, NULL, NULL},
-    {"exp", exp, NULL, NULL},       {"exp2", exp2, NULL, NULL},   {"expm1", expm1, NULL, NULL},
-    {"log", log, NULL, NULL},       {"ln", log, NULL, NULL},      {"log10", log10, NULL, NULL},
-    {"log2", log2, NULL, NULL},     {"log1p", log1p, NULL, NULL}, {"sqrt", sqrt, NULL, NULL},
-    {"cbrt", cbrt, NULL, NULL},     {"abs", fabs, NULL, NULL},    {"floor", floor, NULL, NULL},
-    {"ceil", ceil, NULL, NULL},     {"round", round, NULL, NULL}, {"trunc", trunc, NULL, NULL},
-    {"erf", erf, NULL, NULL},       {"erfc", erfc, NULL, NULL},   {"gamma", tgamma, NULL, NULL},
-    {"lgamma", lgamma, NULL, NULL}, {"sign", sign, NULL, NULL},   {"step", step, NULL, NULL},
-    {"atan2", NULL, atan2, NULL},   {"pow", NULL, pow, NULL},     {"hypot", NULL, hypot, NULL},
-    {"fmod", NULL, fmod, NULL},     {"min", NULL, NULL, least},   {"max", NULL, NULL, greatest},
+    {"sin", sin, NULL, NULL},           {"cos", cos, NULL, NULL},     {"tan", tan, NULL, NULL},
+    {"asin", asin, NULL, NULL},         {"acos", acos, NULL, NULL},   {"atan", atan, NULL, NULL},
+    {"sinh", sinh, NULL, NULL},         {"cosh", cosh, NULL, NULL},   {"tanh", tanh, NULL, NULL},
+    {"asinh", asinh, NULL, NULL},       {"acosh", acosh, NULL, NULL}, {"atanh", atanh, NULL, NULL},
+    {"exp", exp, NULL, NULL},           {"exp2", exp2, NULL, NULL},   {"expm1", expm1, NULL, NULL},
+    {"log", log, NULL, NULL},           {"ln", log, NULL, NULL},      {"log10", log10, NULL, NULL},
+    {"log2", log2, NULL, NULL},         {"log1p", log1p, NULL, NULL}, {"sqrt", sqrt, NULL, NULL},
+    {"cbrt", cbrt, NULL, NULL},         {"abs", fabs, NULL, NULL},    {"floor", floor, NULL, NULL},
+    {"ceil", ceil, NULL, NULL},         {"round", round, NULL, NULL}, {"trunc", trunc, NULL, NULL},
+    {"erf", erf, NULL, NULL},           {"erfc", erfc, NULL, NULL},   {"gamma", tgamma, NULL, NULL},
+    {"lgamma", lgamma, NULL, NULL},     {"sign", sign, NULL, NULL},   {"step", step, NULL, NULL},
+    {"atan2", NULL, atan2, NULL},       {"pow", NULL, pow, NULL},     {"hypot", NULL, hypot, NULL},
+    {"fmod", NULL, fmod, NULL},         {"min", NULL, NULL, least},   {"max", NULL, NULL, greatest},
+    {"fabs", fabs, NULL, NULL},         {"fmin", NULL, fmin, NULL},   {"fmax", NULL, fmax, NULL},
+    {"tgamma", tgamma, NULL, NULL},     {"fdim", NULL, fdim, NULL},   {"rint", rint, NULL, NULL},
+    {"copysign", NULL, copysign, NULL},
 };
 enum { FUNCTIONS = sizeof functions / sizeof *functions };
 

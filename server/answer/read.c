@@ -319,7 +319,11 @@ static void refuse_row(task *t, const item *it) {
   int64_t k = 0;
   for (const doc *d = it->doc->child; d; d = d->next, k++) {
     item element = item_element(it, d, k);
-    if (d->kind != DOC_NUMBER) refuse(t, &element, "a number");
+    if (d->kind != DOC_NUMBER) {
+      refuse(t, &element, "a number");
+    } else if (!isfinite(d->number)) {
+      complain(t, &element, "is %.15g, needs a finite number", d->number);
+    }
   }
 }
 
@@ -345,6 +349,8 @@ static void refuse_rows(task *t, const item *it) {
       refuse_row(t, &element);
     } else if (!is_row || d->count != columns) {
       refuse(t, &element, needed);
+    } else {
+      (void)entries_are_finite(t, &element, 1);
     }
   }
 }

@@ -57,8 +57,19 @@ static void keep_state(task *t, const flow_state *s, double *due) {
   *due = now() + fmax(CHECKPOINT_SECONDS, 50 * (now() - begun));
 }
 
+/* Steps hardly grow in a run: ten times too many are refused when the first ones are known. */
+static bool is_hopeless(const task *t, const flow_state *s, const sct_flow_report *r) {
+  return r->step > 0 && (s->in.options.end - r->time) / r->step > 10.0 * (double)t->limits->steps;
+}
+
 static bool steps_are_allowed(task *t, const flow_state *s) {
   const sct_flow_report r = sct_flow_reports(s->flow);
+  if (is_hopeless(t, s, &r)) {
+    t->blame = "/inputs/end";
+    (void)sct_fail(&t->error, SCT_E_LIMIT, -1, "t = %g needs steps of about %g, the limit is %lld",
+                   s->in.options.end, r.step, (long long)t->limits->steps);
+    return false;
+  }
   if (r.steps < t->limits->steps || sct_flow_is_done(s->flow)) return true;
   t->blame = "/inputs/end";
   (void)sct_fail(&t->error, SCT_E_LIMIT, -1,

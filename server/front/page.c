@@ -37,7 +37,7 @@ static void serve(exchange *x, const asset *a) {
   const bool packed =
       coding_accepts(http_field(x, "Accept-Encoding", room, sizeof room), CODING_GZIP);
   exchange_add(x, "ETag", "%s", a->etag);
-  exchange_add(x, "Vary", "Accept-Encoding");
+  exchange_add(x, "Vary", "Accept, Accept-Encoding");
   exchange_add(x, "X-Content-Type-Options", "nosniff");
   if (is_known(x, a->etag)) {
     exchange_constant(x, 304, "", CODING_IDENTITY, "", 0);

@@ -106,6 +106,12 @@ class Flow(daemon.Case):
         for k in inside:
             self.assertAlmostEqual(laplacian["ps"][k], told[k][0], delta=1e-9)
 
+    def test_an_end_that_is_never_reached(self):
+        reply = self.execute(json.dumps({"inputs": {"case": "cavity", "cells": 8, "end": 1e9}}), FLOW)
+        self.assertEqual(reply.status, 422, reply.body[:300])
+        self.assertEqual(reply.json["errors"][0]["pointer"], "/inputs/end")
+        self.assertIn("needs steps of about", reply.json["detail"])
+
     def test_particles_as_vtp(self):
         body = {"inputs": {"case": "cavity", "cells": 8, "end": 0.2}}
         reply = self.execute(json.dumps(body), FLOW, Accept="application/vnd.vtk.vtp+xml")

@@ -105,6 +105,25 @@ static void without_a_value_only_up_to_a_constant(void **state) {
   problem_clear(&p);
 }
 
+/* Without diffusion, velocity and reaction a point has no equation. */
+static void points_without_an_equation_are_named(void **state) {
+  (void)state;
+  problem p = square(SCT_DIRICHLET);
+  sct_system *s = NULL;
+  sct_error err;
+  expect_ok(build(&p, &s, &err), &err);
+  for (int64_t e = s->matrix->start[5]; e < s->matrix->start[7]; e++) s->matrix->value[e] = 0;
+  for (int64_t e = s->coupling->start[5]; e < s->coupling->start[7]; e++) s->coupling->value[e] = 0;
+  assert_true(sct_system_explain(s, &err));
+  assert_int_equal(err.code, SCT_E_SINGULAR);
+  assert_int_equal(err.count, 2);
+  assert_int_equal(err.point, s->point_of[5]);
+  assert_int_equal(err.points[1], s->point_of[6]);
+  assert_non_null(strstr(err.text, "no equation"));
+  sct_system_free(&s);
+  problem_clear(&p);
+}
+
 /* Two squares far apart, only the first with a Dirichlet point. */
 static void an_isolated_group_is_named(void **state) {
   (void)state;
@@ -153,6 +172,7 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(dirichlet_points_are_eliminated),
       cmocka_unit_test(without_a_value_only_up_to_a_constant),
+      cmocka_unit_test(points_without_an_equation_are_named),
       cmocka_unit_test(an_isolated_group_is_named),
       cmocka_unit_test(what_cannot_be_assembled_is_refused),
   };
