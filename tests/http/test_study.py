@@ -342,7 +342,8 @@ class Hwang(Study):
             with self.subTest(dim=dim):
                 self.assertLess(rate("ps", dim, cells), -0.8)
                 self.assertLess(abs(rate("ips", dim, cells)), 0.3)
-                self.assertGreater(rate("lsmps", dim, cells), 1)
+                # of first order; what three clouds show of it scatters by some per cent
+                self.assertGreater(rate("lsmps", dim, cells), 0.85)
 
     def test_ips_is_never_worse_than_ps(self):
         """On a lattice they are the same but for rounding. In time, on a cloud next to a lattice
