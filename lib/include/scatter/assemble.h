@@ -74,9 +74,10 @@ void sct_system_load(sct_system *system, const double *source, const double *val
 void sct_system_rhs(const sct_system *system, const double *phi, double *b);
 
 /* Why a system may be singular: unknowns whose rows are empty; if there are none, those that refer
- * to no Dirichlet point, Robin row or reaction, even by way of others, which are determined up to a constant only. Writes that into `err` as
- * SCT_E_SINGULAR (their points in err->points, unless it is all of them) and returns true; false if
- * there are none, or no memory to look. Cost O(entries). Proof: unit.assemble */
+ * to no Dirichlet point, Robin row or reaction, even by way of others, which are determined up to a
+ * constant only. Writes that into `err` as SCT_E_SINGULAR (their points in err->points, unless it
+ * is all of them) and returns true; false if there are none, or no memory to look. Cost O(entries).
+ * Proof: unit.assemble */
 bool sct_system_explain(const sct_system *system, sct_error *err);
 
 #ifdef __cplusplus
