@@ -1,10 +1,8 @@
 #include "http.h"
 
-#include <arpa/inet.h>
 #include <errno.h>
 #include <math.h>
 #include <microhttpd.h>
-#include <netinet/in.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -15,6 +13,7 @@
 
 #include "admit.h"
 #include "drain.h"
+#include "ip.h"
 #include "log.h"
 
 static const double sweep_seconds = 0.25; /* how often slow connections are looked for */
@@ -44,7 +43,7 @@ struct http {
   loop *loop;
   const parameters *set;
   http_handler handler;
-  const char *host;
+  http_place place;
   struct MHD_Daemon *mhd;
   int epoll;
   loop_source source;
@@ -68,14 +67,8 @@ void http_peer(const exchange *x, char *room, size_t size) {
   const union MHD_ConnectionInfo *info =
       MHD_get_connection_info(c->mhd, MHD_CONNECTION_INFO_CLIENT_ADDRESS);
   snprintf(room, size, "local");
-  if (info == NULL) return;
-  const struct sockaddr *address = info->client_addr;
-  const void *number = address->sa_family == AF_INET
-                           ? (const void *)&((const struct sockaddr_in *)address)->sin_addr
-                           : (const void *)&((const struct sockaddr_in6 *)address)->sin6_addr;
-  if (address->sa_family == AF_INET || address->sa_family == AF_INET6) {
-    inet_ntop(address->sa_family, number, room, (socklen_t)size);
-  }
+  if (info == NULL || info->client_addr == NULL) return;
+  ip_show(info->client_addr, room, size);
 }
 
 typedef struct {
@@ -265,7 +258,7 @@ static enum MHD_Result on_header(connection *c, const char *method, const char *
   const http *h = c->http;
   head facts;
   read_head(c, method, version, &facts);
-  if (admit(c->x, &facts, h->set, h->host)) h->handler.begin(h->handler.self, c->x);
+  if (admit(c->x, &facts, h->set, &h->place)) h->handler.begin(h->handler.self, c->x);
   c->state = BODY;
   c->heard = loop_now();
   if (c->x->reply.status == 0 || !c->x->has_body) return MHD_YES;
@@ -277,9 +270,8 @@ static enum MHD_Result on_body(connection *c, const char *bytes, size_t *size) {
   const parameters *set = c->http->set;
   exchange *x = c->x;
   c->heard = loop_now();
-  if (x->body.size + (int64_t)*size > set->limits.body_bytes) {
-    exchange_refuse(x, 413, "body: got more than %lld bytes (body-bytes)",
-                    (long long)set->limits.body_bytes);
+  if (x->body.size + (int64_t)*size > x->body_most) {
+    exchange_refuse(x, 413, "body: got more than %lld bytes (body-bytes)", (long long)x->body_most);
   } else if (!spool_add(&x->body, bytes, *size, set->spool_bytes, set->data_dir)) {
     log_say(LOG_ERROR, "spool", "cannot keep a body: %s", strerror(errno));
     exchange_refuse(x, 507, "body: no room to keep it");
@@ -337,6 +329,7 @@ static void log_request(const connection *c, bool complete) {
     log_milliseconds(&line, "run_ms", x->run_seconds);
   }
   if (x->points > 0) log_count(&line, "points", x->points);
+  if (*x->owner != '\0') log_text(&line, "token", x->owner);
   if (!complete) log_text(&line, "end", "aborted");
   log_end(&line);
 }
@@ -474,17 +467,17 @@ static unsigned patience(const parameters *set) {
   return (unsigned)ceil(fmax(set->idle_seconds, set->receive_seconds)) + 2;
 }
 
-http *http_new(loop *l, const parameters *set, int listener, const char *host,
-               const http_handler *handler, fault *why) {
+http *http_new(loop *l, const parameters *set, const http_place *place, const http_handler *handler,
+               fault *why) {
   http *h = calloc(1, sizeof *h);
   if (h == NULL) goto failed;
-  *h = (http){.loop = l, .set = set, .handler = *handler, .host = host};
+  *h = (http){.loop = l, .set = set, .handler = *handler, .place = *place};
   h->source = (loop_source){on_ready, h};
   h->drain = drain_new(l);
   if (h->drain == NULL) goto failed;
   h->mhd = MHD_start_daemon(
       MHD_USE_EPOLL | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ERROR_LOG, 0, NULL, NULL, on_access, h,
-      MHD_OPTION_EXTERNAL_LOGGER, on_message, NULL, MHD_OPTION_LISTEN_SOCKET, listener,
+      MHD_OPTION_EXTERNAL_LOGGER, on_message, NULL, MHD_OPTION_LISTEN_SOCKET, place->listener,
       MHD_OPTION_CONNECTION_LIMIT, (unsigned)set->connections, MHD_OPTION_PER_IP_CONNECTION_LIMIT,
       (unsigned)set->connections_per_address, MHD_OPTION_CONNECTION_TIMEOUT, patience(set),
       MHD_OPTION_CONNECTION_MEMORY_LIMIT, (size_t)(4 * set->header_bytes),

@@ -198,10 +198,21 @@ static int version_of(sqlite3 *db) {
   return version;
 }
 
+static bool upgrade_tables(store *s, int version) {
+  char all[1024];
+  int used = snprintf(all, sizeof all, "BEGIN;");
+  for (const char *text; (text = store_upgrade(version)) != NULL; version++) {
+    used += snprintf(all + used, sizeof all - (size_t)used, "%s;", text);
+  }
+  snprintf(all + used, sizeof all - (size_t)used, "PRAGMA user_version=%d;COMMIT", version);
+  return sqlite3_exec(s->db, all, NULL, NULL, NULL) == SQLITE_OK;
+}
+
 static bool make_tables(store *s, fault *why) {
   store_text q, all;
   const int version = version_of(s->db);
   if (version == STORE_VERSION) return true;
+  if (store_upgrade(version) != NULL) return upgrade_tables(s, version);
   if (version != 0) {
     return fault_set(why, "data-dir: its tables are of version %d, needs %d", version,
                      STORE_VERSION);

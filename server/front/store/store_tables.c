@@ -50,11 +50,21 @@ static const char schema[] =
     "WITHOUT ROWID;"
     "CREATE TABLE log(job INTEGER, time REAL, text TEXT);"
     "CREATE INDEX log_job ON log(job);"
-    "CREATE TABLE data(id TEXT PRIMARY KEY, type TEXT, size INTEGER, created REAL, expires REAL);"
+    "CREATE TABLE data(id TEXT PRIMARY KEY, type TEXT, size INTEGER, created REAL, expires REAL, "
+    "owner TEXT NOT NULL DEFAULT '');"
     "CREATE INDEX data_expires ON data(expires);"
     "CREATE TABLE pins(data TEXT, job INTEGER);"
     "CREATE INDEX pins_data ON pins(data);"
     "CREATE INDEX pins_job ON pins(job);";
+
+/* From version k to k + 1. */
+static const char *const upgrades[STORE_VERSION] = {
+    [1] = "ALTER TABLE data ADD COLUMN owner TEXT NOT NULL DEFAULT ''",
+};
+
+const char *store_upgrade(int from) {
+  return from > 0 && from < STORE_VERSION ? upgrades[from] : NULL;
+}
 
 static const char *const statements[STATEMENTS] = {
     [BEGIN] = "BEGIN IMMEDIATE",
@@ -81,7 +91,8 @@ static const char *const statements[STATEMENTS] = {
     [KEY_DIGEST] = "SELECT digest FROM jobs WHERE number = :number",
     [BY_DIGEST] =
         "SELECT {columns}, number FROM jobs WHERE digest = :digest AND digest <> '' "
-        "AND reusable AND state = 2 AND expires > :until ORDER BY number DESC LIMIT 1",
+        "AND reusable AND state = 2 AND expires > :until AND (:owner = '' OR submitter = :owner) "
+        "ORDER BY number DESC LIMIT 1",
     [REMOVE] = "DELETE FROM jobs WHERE number = :number OR (parent = :number AND parent > 0)",
     [REMOVE_LOG] = "DELETE FROM log WHERE job = :number",
     [ACTIVE] = "SELECT {columns}, number FROM jobs WHERE state <= 1 ORDER BY number",
@@ -98,7 +109,8 @@ static const char *const statements[STATEMENTS] = {
         "AND (:states >> state) & 1 AND created BETWEEN :created_least AND :created_most "
         "AND (NOT :timed OR (started > 0 AND "
         "iif(finished > 0, finished, :now) - started BETWEEN :seconds_least AND :seconds_most)) "
-        "AND parent = :parent ORDER BY number DESC LIMIT :limit OFFSET :offset",
+        "AND parent = :parent AND (:owner = '' OR submitter = :owner) "
+        "ORDER BY number DESC LIMIT :limit OFFSET :offset",
     [ADD_CALL] = "INSERT INTO calls(job, kind, attempts, due) VALUES(:number, :kind, 0, :due)",
     [CALLS] = "SELECT number, job, kind, attempts, due FROM calls ORDER BY due LIMIT :limit",
     [UPDATE_CALL] = "UPDATE calls SET attempts = :attempts, due = :due WHERE number = :number",
@@ -114,9 +126,9 @@ static const char *const statements[STATEMENTS] = {
     [READ_LOG] =
         "SELECT time, text FROM (SELECT rowid, time, text FROM log WHERE job = :number "
         "ORDER BY rowid DESC LIMIT :limit) ORDER BY rowid",
-    [ADD_DATA] = "INSERT INTO data VALUES(:id, :type, :size, :created, :expires)",
-    [DATA] = "SELECT type, size, created, expires FROM data WHERE id = :id",
-    [DATA_BYTES] = "SELECT total(size) FROM data",
+    [ADD_DATA] = "INSERT INTO data VALUES(:id, :type, :size, :created, :expires, :owner)",
+    [DATA] = "SELECT type, size, created, expires, owner FROM data WHERE id = :id",
+    [DATA_BYTES] = "SELECT total(size) FROM data WHERE :owner = '' OR owner = :owner",
     [RENEW_DATA] = "UPDATE data SET expires = max(expires, :expires) WHERE id = :id",
     [DATA_PINNED] =
         "SELECT 1 FROM pins JOIN jobs ON number = job WHERE data = :id AND state <= 1 LIMIT 1",

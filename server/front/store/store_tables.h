@@ -5,7 +5,7 @@
 
 #include <stddef.h>
 
-enum { STORE_VERSION = 1 }; /* of the tables; PRAGMA user_version */
+enum { STORE_VERSION = 2 }; /* of the tables; PRAGMA user_version */
 
 typedef enum { TEXT, INT, LONG, REAL } kind;
 
@@ -71,8 +71,10 @@ typedef struct {
   char text[4096];
 } store_text;
 
-/* What makes the tables; a statement. */
+/* What makes the tables; what makes those of version `from` those of the next one, NULL if nothing
+ * does; a statement. */
 void store_write_schema(store_text *q);
+const char *store_upgrade(int from);
 void store_write_statement(statement k, store_text *q);
 
 #endif
