@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include "child.h"
+#include "counter.h"
 #include "front.h"
 #include "param.h"
 #include "route.h"
@@ -22,7 +23,7 @@ static const char usage[] =
     "the\n"
     "                                     standard output, its secret to the error output\n"
     "  scatterd --help | --version | --print-parameters | --print-manual |\n"
-    "           --print-routes\n\n"
+    "           --print-metrics | --print-routes\n\n"
     "Options, with their defaults; --config FILE reads them from lines `name = value`:\n";
 
 static int complain(const char *text) {
@@ -46,6 +47,11 @@ static int print_parameters(void) {
   return 0;
 }
 
+static int print_metrics(void) {
+  counter_reference(stdout);
+  return 0;
+}
+
 static int print_routes(void) {
   route_print(stdout);
   return 0;
@@ -62,8 +68,8 @@ static const struct {
   int (*run)(void);
 } words[] = {{"--help", print_help},           {"-h", print_help},
              {"--version", print_version},     {"--print-parameters", print_parameters},
-             {"--print-manual", print_manual}, {"--print-routes", print_routes},
-             {"worker", worker_main}};
+             {"--print-manual", print_manual}, {"--print-metrics", print_metrics},
+             {"--print-routes", print_routes}, {"worker", worker_main}};
 
 /* Takes `name VALUE` out of argv; NULL if it is not there. */
 static const char *take(int *count, char **argv, const char *name) {
