@@ -51,7 +51,8 @@ static const parameter table[] = {
      "certificate chain of this service (PEM): serve HTTPS only; empty means plain HTTP. Read "
      "again "
      "on SIGHUP"},
-    {"tls-key", TEXT, "FILE", AT(tls_key), "", 0, 0, "private key of the certificate (PEM)"},
+    {"tls-key", TEXT, "FILE", AT(tls_key), "", 0, 0,
+     "private key of the certificate (PEM); empty means that it is in the same file"},
     {"log-level", LEVEL, "LEVEL", AT(log_level), "info", 0, 0,
      "what goes to the log: error, info (one line per request) or debug"},
     {"workers", COUNT, "", AT(workers), "0", 0, 1024,

@@ -24,6 +24,7 @@
 #include "privilege.h"
 #include "route.h"
 #include "systemd.h"
+#include "tls.h"
 
 static const double farewell_seconds = 1; /* for the last replies to leave */
 
@@ -87,11 +88,20 @@ static void stop_now(front *f) {
   loop_stop(f->loop);
 }
 
+static bool read_certificate(const parameters *set, fault *why) {
+  if (*set->tls_certificate == '\0') {
+    return *set->tls_key == '\0' || fault_set(why, "tls-key: got no tls-certificate");
+  }
+  return tls_read(set->tls_certificate, *set->tls_key != '\0' ? set->tls_key : set->tls_certificate,
+                  why);
+}
+
 /* What cannot be read stays as it was. */
 static void reload(front *f) {
   fault why;
   systemd_reloading();
   if (!gate_reload(f->service.gate, &why)) log_say(LOG_ERROR, "reload", "%s", why.text);
+  if (!read_certificate(f->set, &why)) log_say(LOG_ERROR, "reload", "%s", why.text);
   systemd_ready();
 }
 
@@ -158,7 +168,7 @@ static void narrow(void *self, const char *submitter, ipc_ask *ask) {
 static bool start_access(front *f, fault *why) {
   const parameters *set = f->set;
   f->service.gate = gate_new(set, why);
-  if (f->service.gate == NULL) return false;
+  if (f->service.gate == NULL || !read_certificate(set, why)) return false;
   if (gate_is_on(f->service.gate) || f->listener.is_local || set->allow_anonymous) return true;
   return fault_set(
       why,
@@ -231,6 +241,7 @@ static void end(front *f) {
   store_close(&f->service.store);
   pool_free(&f->service.pool);
   gate_free(&f->service.gate);
+  tls_forget();
   if (f->signals >= 0) close(f->signals);
   loop_free(&f->loop);
   listener_close(&f->listener);

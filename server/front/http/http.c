@@ -15,6 +15,7 @@
 #include "drain.h"
 #include "ip.h"
 #include "log.h"
+#include "tls.h"
 
 static const double sweep_seconds = 0.25; /* how often slow connections are looked for */
 static const double hangup_seconds = 1;   /* for what a client that closed had still sent */
@@ -198,7 +199,12 @@ static void last_word(connection *c) {
                               r->status, problem_phrase(r->status), r->type, r->size, c->x->id,
                               (int)r->size, (const char *)r->bytes);
   c->refused = true;
-  if (length > 0 && (size_t)length < sizeof text) {
+  if (length <= 0 || (size_t)length >= sizeof text) return;
+  const union MHD_ConnectionInfo *info =
+      MHD_get_connection_info(c->mhd, MHD_CONNECTION_INFO_GNUTLS_SESSION);
+  if (info != NULL) {
+    tls_send(info->tls_session, text, (size_t)length);
+  } else {
     send(c->fd, text, (size_t)length, MSG_NOSIGNAL | MSG_DONTWAIT);
   }
 }
@@ -467,8 +473,22 @@ static unsigned patience(const parameters *set) {
   return (unsigned)ceil(fmax(set->idle_seconds, set->receive_seconds)) + 2;
 }
 
+/* What TLS adds to the options of libmicrohttpd; nothing without it. */
+static void set_tls(const parameters *set, struct MHD_OptionItem options[3]) {
+  int used = 0;
+  if (*set->tls_certificate != '\0') {
+    options[used++] = (struct MHD_OptionItem){MHD_OPTION_HTTPS_CERT_CALLBACK, 0, tls_source()};
+    options[used++] =
+        (struct MHD_OptionItem){MHD_OPTION_HTTPS_PRIORITIES, 0, (void *)tls_priorities};
+  }
+  options[used] = (struct MHD_OptionItem){MHD_OPTION_END, 0, NULL};
+}
+
 http *http_new(loop *l, const parameters *set, const http_place *place, const http_handler *handler,
                fault *why) {
+  struct MHD_OptionItem secure[3];
+  const unsigned kind = *set->tls_certificate != '\0' ? MHD_USE_TLS : 0;
+  set_tls(set, secure);
   http *h = calloc(1, sizeof *h);
   if (h == NULL) goto failed;
   *h = (http){.loop = l, .set = set, .handler = *handler, .place = *place};
@@ -476,13 +496,13 @@ http *http_new(loop *l, const parameters *set, const http_place *place, const ht
   h->drain = drain_new(l);
   if (h->drain == NULL) goto failed;
   h->mhd = MHD_start_daemon(
-      MHD_USE_EPOLL | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ERROR_LOG, 0, NULL, NULL, on_access, h,
-      MHD_OPTION_EXTERNAL_LOGGER, on_message, NULL, MHD_OPTION_LISTEN_SOCKET, place->listener,
+      MHD_USE_EPOLL | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ERROR_LOG | kind, 0, NULL, NULL, on_access,
+      h, MHD_OPTION_EXTERNAL_LOGGER, on_message, NULL, MHD_OPTION_LISTEN_SOCKET, place->listener,
       MHD_OPTION_CONNECTION_LIMIT, (unsigned)set->connections, MHD_OPTION_PER_IP_CONNECTION_LIMIT,
       (unsigned)set->connections_per_address, MHD_OPTION_CONNECTION_TIMEOUT, patience(set),
       MHD_OPTION_CONNECTION_MEMORY_LIMIT, (size_t)(4 * set->header_bytes),
       MHD_OPTION_URI_LOG_CALLBACK, on_target, h, MHD_OPTION_NOTIFY_COMPLETED, on_completed, h,
-      MHD_OPTION_NOTIFY_CONNECTION, on_connection, h, MHD_OPTION_END);
+      MHD_OPTION_NOTIFY_CONNECTION, on_connection, h, MHD_OPTION_ARRAY, secure, MHD_OPTION_END);
   if (h->mhd == NULL) goto failed;
   h->epoll = MHD_get_daemon_info(h->mhd, MHD_DAEMON_INFO_EPOLL_FD)->epoll_fd;
   if (!loop_watch(l, h->epoll, EPOLLIN, &h->source)) goto failed;

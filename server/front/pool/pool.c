@@ -226,7 +226,8 @@ static bool is_execution_of(const pool_task *t, const char *owner) {
 int pool_tasks_of(const pool *p, const char *owner) {
   int count = 0;
   for (int k = 0; k < p->count; k++) count += is_execution_of(p->workers[k].task, owner);
-  for (const pool_task *t = p->first; t != NULL; t = t->next) count += is_execution_of(t, owner);
+  for (const pool_task *t = p->queue.first; t != NULL; t = t->next)
+    count += is_execution_of(t, owner);
   return count;
 }
 
