@@ -33,6 +33,7 @@ typedef struct {
   double target, scale; /* norms of residual to reach, of the right-hand side */
   double best, best_at; /* least norm so far, and when it was last halved */
   int spent, limit;     /* iterations */
+  bool transposed, cancelled;
 } petsc_state;
 
 /* Gives up all objects, finished or not. */
@@ -94,9 +95,16 @@ static sct_status analyse(const sct_solve_matrix *a, const sct_solve_options *op
 
 /* ---- the preconditioner ---- */
 
+/* Residuals fall by factors, so the way to go is told by their logarithms. */
+static bool is_wanted(petsc_state *s, double norm) {
+  const double way = log(norm / s->scale) / log(s->target / s->scale);
+  sct_work_residual(s->options.work, norm / s->scale);
+  return sct_work_report(s->options.work, "solve", fmin(fmax(way, 0), 1), NULL) == SCT_OK;
+}
+
 /* Called at the start of a solve and after each iteration: keeps the history, and ends the attempt
- * where the target is met, or where in PATIENCE iterations, or as many as there were before, the
- * norm was not halved. */
+ * where the target is met, where nobody wants it any more, or where in PATIENCE iterations, or as
+ * many as there were before, the norm was not halved. */
 static PetscErrorCode watch(KSP ksp, PetscInt iteration, PetscReal norm, KSPConvergedReason *reason,
                             void *context) {
   petsc_state *s = context;
@@ -116,7 +124,10 @@ static PetscErrorCode watch(KSP ksp, PetscInt iteration, PetscReal norm, KSPConv
     s->best = norm;
     s->best_at = at;
   }
-  if (norm <= s->target)
+  s->cancelled = !is_wanted(s, norm);
+  if (s->cancelled)
+    *reason = KSP_DIVERGED_BREAKDOWN;
+  else if (norm <= s->target)
     *reason = KSP_CONVERGED_RTOL;
   else if (!(norm <= 1e6 * s->scale))
     *reason = KSP_DIVERGED_DTOL;
@@ -220,14 +231,19 @@ static double norm(const double *x, int n) {
   return sqrt(sum);
 }
 
-static double true_residual(const sct_solve_matrix *a, const double *b, const double *x) {
-  double sum = 0;
+/* r = b - A x, or b - A^T x. */
+static void residual_of(const sct_solve_matrix *a, bool transposed, const double *b,
+                        const double *x, double *r) {
+  memcpy(r, b, (size_t)a->n * sizeof *r);
   for (int i = 0; i < a->n; i++) {
-    double r = b[i];
-    for (int k = a->start[i]; k < a->start[i + 1]; k++) r -= a->value[k] * x[a->index[k]];
-    sum += r * r;
+    for (int k = a->start[i]; k < a->start[i + 1]; k++) {
+      const int j = a->index[k];
+      if (transposed)
+        r[j] -= a->value[k] * x[i];
+      else
+        r[i] -= a->value[k] * x[j];
+    }
   }
-  return sqrt(sum);
 }
 
 /* One run of the Krylov method from x. */
@@ -239,24 +255,28 @@ static sct_status iterate(petsc_state *s, const double *b, double *x, sct_error 
   PetscErrorCode code = p->VecPlaceArray(s->rhs, b);
   if (code == 0) code = p->VecPlaceArray(s->x, x);
   if (code == 0) code = p->KSPSetInitialGuessNonzero(s->ksp, PETSC_TRUE);
-  if (code == 0) code = p->KSPSolve(s->ksp, s->rhs, s->x);
+  if (code == 0) code = (s->transposed ? p->KSPSolveTranspose : p->KSPSolve)(s->ksp, s->rhs, s->x);
   (void)p->VecResetArray(s->rhs);
   (void)p->VecResetArray(s->x);
   if (code == 0) code = p->KSPGetIterationNumber(s->ksp, &count);
   s->spent += (int)count;
   s->report->iterations = s->spent;
+  if (s->cancelled) return sct_fail(err, SCT_E_CANCELLED, -1, "cancelled in phase solve");
   return code == 0 ? SCT_OK : failed(s, code, "iteration", err);
 }
 
-/* Runs until the true residual is small enough, or no run halves it. *x is the best so far. */
+/* Runs until the true residual is small enough, or no run halves it. *x is the best so far, r is
+ * room. */
 static sct_status iterate_to_target(petsc_state *s, const sct_solve_matrix *a, const double *b,
-                                    double *x, sct_error *err) {
-  double residual = true_residual(a, b, x);
+                                    double *x, double *r, sct_error *err) {
+  residual_of(a, s->transposed, b, x, r);
+  double residual = norm(r, a->n);
   for (int run = 0; run <= RESTARTS && residual > s->target && s->spent < s->limit; run++) {
     sct_status status = iterate(s, b, x, err);
     if (status != SCT_OK) return status;
     const double before = residual;
-    residual = true_residual(a, b, x);
+    residual_of(a, s->transposed, b, x, r);
+    residual = norm(r, a->n);
     if (!(residual <= 0.5 * before)) break;
   }
   s->report->relative_residual = s->scale > 0 ? residual / s->scale : residual;
@@ -267,8 +287,10 @@ static sct_status iterate_to_target(petsc_state *s, const sct_solve_matrix *a, c
                   s->spent, s->target / s->scale);
 }
 
-static void begin_solve(petsc_state *s, const double *b, int n, sct_solve_report *report) {
+static void begin_solve(petsc_state *s, const double *b, int n, bool transposed,
+                        sct_solve_report *report) {
   const sct_solve_options *o = &s->options;
+  s->transposed = transposed;
   s->report = report;
   s->scale = norm(b, n);
   s->target = (o->tolerance > 0 ? o->tolerance : TOLERANCE) * s->scale;
@@ -282,27 +304,32 @@ static void begin_solve(petsc_state *s, const double *b, int n, sct_solve_report
 
 /* GMRES does not break down, and what defeats one preconditioner may suit the other. */
 static sct_status try_second(petsc_state *s, const sct_solve_matrix *a, const double *b, double *x,
-                             sct_error *err) {
+                             double *r, sct_error *err) {
   s->is_second = true;
   s->preconditioner = s->preconditioner == SCT_ILU ? sct_solve_multigrid(&s->traits) : SCT_ILU;
   sct_status status = set_up(s, a, s->report, err);
   if (status != SCT_OK) return status;
   memset(x, 0, (size_t)a->n * sizeof *x);
-  return iterate_to_target(s, a, b, x, err);
+  return iterate_to_target(s, a, b, x, r, err);
 }
 
 static sct_status solve(void *state, const sct_solve_matrix *a, const double *b, bool transposed,
                         double *x, sct_solve_report *report, sct_error *err) {
   petsc_state *s = state;
-  if (transposed) return sct_fail(err, SCT_E_CONVERGENCE, -1, "a transposed solve is not iterated");
-  begin_solve(s, b, a->n, report);
+  double *r = NULL;
+  sct_status status = sct_alloc(&r, a->n, sizeof *r, err);
+  if (status != SCT_OK) return status;
+  begin_solve(s, b, a->n, transposed, report);
   if (!s->options.guess || !isfinite(norm(x, a->n))) memset(x, 0, (size_t)a->n * sizeof *x);
   if (s->scale == 0) memset(x, 0, (size_t)a->n * sizeof *x);
   petsc_own(&s->blocks);
-  sct_status status = iterate_to_target(s, a, b, x, err);
+  /* hypre's smoothers have no transposed */
+  const bool suits = !transposed || s->preconditioner == SCT_ILU;
+  status = suits ? iterate_to_target(s, a, b, x, r, err) : SCT_E_CONVERGENCE;
   const bool more = !s->is_second && s->spent < s->limit;
-  if (status == SCT_E_CONVERGENCE && more) status = try_second(s, a, b, x, err);
+  if (status == SCT_E_CONVERGENCE && more) status = try_second(s, a, b, x, r, err);
   petsc_own(NULL);
+  sct_release(&r);
   return status;
 }
 
@@ -313,7 +340,7 @@ static sct_status use(sct_preconditioner preconditioner, bool is_second) {
   int64_t starts[] = {0, 2, 5, 7};
   int start[] = {0, 2, 5, 7};
   int32_t column[] = {0, 1, 0, 1, 2, 1, 2};
-  double value[] = {1, -0.4, -0.4, 1, -0.4, -0.4, 1}, x[3] = {0};
+  double value[] = {1, -0.4, -0.4, 1, -0.4, -0.4, 1}, x[3] = {0}, r[3];
   const double b[] = {1, 2, 3};
   const sct_csr source = {3, 3, starts, column, value};
   const sct_solve_matrix a = {
@@ -323,9 +350,9 @@ static sct_status use(sct_preconditioner preconditioner, bool is_second) {
                    .is_second = is_second,
                    .options.dim = 2};
   sct_solve_report report = {0};
-  begin_solve(&s, b, 3, &report);
+  begin_solve(&s, b, 3, false, &report);
   sct_status status = make_objects(&s, &a) == 0 ? set_up(&s, &a, &report, NULL) : SCT_E_MEMORY;
-  if (status == SCT_OK) status = iterate_to_target(&s, &a, b, x, NULL);
+  if (status == SCT_OK) status = iterate_to_target(&s, &a, b, x, r, NULL);
   drop(&s);
   petsc_keep(&s.blocks);
   return status;

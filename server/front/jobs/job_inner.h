@@ -28,8 +28,6 @@ struct job {
   int body, checkpoint; /* descriptors while it runs */
   double seconds;       /* that its run may take */
   double fraction;      /* of the work, never falls within a run */
-  char phase[32];
-  double residual; /* in that phase; 0: none so far */
   /* batch */
   job *batch;           /* the job it is part of */
   job *parts, *sibling; /* its parts before they are stored */
