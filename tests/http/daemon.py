@@ -116,7 +116,7 @@ class Daemon:
         try:
             line = self.wait_for_log(r"event=listening address=(\S+)")
         except AssertionError:
-            self.stop()
+            self.stop(keep=directory is not None)
             raise
         self.address = line.group(1)
         self.port = None if unix else int(self.address.rsplit(":", 1)[1])
