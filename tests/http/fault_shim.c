@@ -283,12 +283,26 @@ time_t time(time_t *t) {
 
 /* ---- Death of a worker ---- */
 
+/* What it says, as faults.py names it: a phase, or the kind of message. */
+static const char *word_of(const ipc_news *news) {
+  static const char *const words[] = {
+      [IPC_READY] = "ready", [IPC_PROGRESS] = "", [IPC_CHECKPOINT] = "checkpoint",
+      [IPC_FETCH] = "fetch", [IPC_KEEP] = "keep", [IPC_REPLY] = "reply"};
+  return news->kind == IPC_PROGRESS ? news->phase : words[news->kind];
+}
+
+static void die_if(const ipc_news *news) {
+  if (all->kills == 0 || strcmp(word_of(news), all->phase) != 0) return;
+  if (__atomic_fetch_sub(&all->kills, 1, __ATOMIC_SEQ_CST) > 0) raise(SIGKILL);
+}
+
+/* Once it has said where it is; before it has replied. */
 ssize_t sendmsg(int fd, const struct msghdr *message, int flags) {
+  const ipc_news *news = message->msg_iov->iov_base;
+  const int is_news = is_worker && message->msg_iov->iov_len == sizeof *news;
+  if (is_news && news->kind == IPC_REPLY) die_if(news);
   const ssize_t sent =
       NEXT(ssize_t(*)(int, const struct msghdr *, int), "sendmsg")(fd, message, flags);
-  const ipc_news *news = message->msg_iov->iov_base;
-  if (!is_worker || all->kills == 0 || sent != (ssize_t)sizeof *news) return sent;
-  if (news->kind != IPC_PROGRESS || strcmp(news->phase, all->phase) != 0) return sent;
-  if (__atomic_fetch_sub(&all->kills, 1, __ATOMIC_SEQ_CST) > 0) raise(SIGKILL);
+  if (is_news) die_if(news);
   return sent;
 }

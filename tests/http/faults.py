@@ -68,7 +68,8 @@ class Faults:
         struct.pack_into("=d", self.page, CLOCK, seconds)
 
     def kill_in(self, phase, times=1):
-        """So many workers die where they begin this phase."""
+        """So many workers die where they begin this phase; "fetch", "keep", "checkpoint": once they
+        have asked for that; "reply": just before it."""
         struct.pack_into("=q32s", self.page, CLOCK + 8, times, phase.encode())
 
     def kills_left(self):

@@ -161,10 +161,12 @@ bool sql_is_open(const store *s) {
   return !sqlite3_get_autocommit(s->db);
 }
 
-/* The blob of the row a bound statement gives, malloc'ed; never NULL for one of no bytes. */
+/* The blob of the row a bound statement gives, malloc'ed, also one of no bytes; NULL with errno. */
 void *sql_fetch_blob(store *s, statement k, size_t *size) {
   char *copy = NULL;
-  if (sql_step(s, k) == STORE_OK && sqlite3_column_type(s->statement[k], 0) == SQLITE_BLOB) {
+  const store_result result = sql_step(s, k);
+  errno = result == STORE_OK || result == STORE_NONE ? ENOENT : EIO;
+  if (result == STORE_OK && sqlite3_column_type(s->statement[k], 0) == SQLITE_BLOB) {
     const void *bytes = sqlite3_column_blob(s->statement[k], 0);
     *size = (size_t)sqlite3_column_bytes(s->statement[k], 0);
     copy = malloc(*size + 1);

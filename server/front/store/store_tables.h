@@ -63,6 +63,9 @@ typedef enum {
   REMOVE_DATA,
   PIN,
   UNPIN,
+  SHIFT_JOBS,
+  SHIFT_CALLS,
+  SHIFT_DATA,
   STATEMENTS
 } statement;
 
