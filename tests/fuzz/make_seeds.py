@@ -40,8 +40,8 @@ QUERIES = ["limit=3&offset=2", "type=process,process", "processID=solve,echo", "
            "limit=0", "status=&&=&limit", "limit=%31", "offset=99999999999999999999"]
 
 PATHS = ["/", "/assets/index.html", "/api", "/conformance", "/processes", "/processes?limit=2",
-         "/processes/solve", "/jobs", "/jobs/1", "/jobs/1/events", "/jobs/1/results",
-         "/jobs/1/results/solution", "/Info", "/data/1", "/healthz", "/readyz", "/metrics"]
+         "/processes/solve", "/jobs", "/jobs/JOB", "/jobs/JOB/events", "/jobs/JOB/results",
+         "/jobs/JOB/results/message", "/jobs/1", "/Info", "/data/1", "/healthz", "/readyz", "/metrics"]
 
 HEADERS = ["", "Accept: text/html", "Accept: application/json", "Accept: image/png",
            "Accept-Encoding: gzip, zstd", "Range: bytes=0-9", "Prefer: respond-async, wait=1",
