@@ -13,6 +13,7 @@
 #include <unistd.h>
 
 #include "callback.h"
+#include "clock.h"
 #include "data.h"
 #include "events.h"
 #include "fetch.h"
@@ -198,6 +199,8 @@ static bool start(front *f, fault *why) {
   if (f->service.pool == NULL) return false;
   f->service.store = store_open(f->set->data_dir, why);
   if (f->service.store == NULL) return false;
+  f->service.clock = clock_watch_new(f->loop, &f->service);
+  if (f->service.clock == NULL) return fault_set(why, "out of memory");
   f->service.jobs = jobs_new(f->loop, f->set, f->service.pool, f->service.store, why);
   if (f->service.jobs == NULL) return false;
   jobs_on_ask(f->service.jobs, narrow, f->service.gate);
@@ -239,6 +242,7 @@ static void end(front *f) {
   waits_free(&f->service.waits);
   streams_free(&f->service.streams);
   store_close(&f->service.store);
+  clock_watch_free(&f->service.clock);
   pool_free(&f->service.pool);
   gate_free(&f->service.gate);
   tls_forget();

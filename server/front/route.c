@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "bridge.h"
+#include "clock.h"
 #include "data_routes.h"
 #include "events.h"
 #include "execute.h"
@@ -242,6 +243,7 @@ static bool may_come(const service *s, exchange *x, const route *r) {
 static void begin(void *self, exchange *x) {
   const service *s = self;
   char allow[64];
+  clock_watch_look(s->clock);
   add_cors(s, x);
   const route *r = find(x, allow);
   if (strcmp(x->path, "*") == 0) snprintf(allow, sizeof allow, "GET, HEAD, POST, DELETE, OPTIONS");

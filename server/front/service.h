@@ -20,6 +20,7 @@ typedef struct service {
   struct callbacks *callbacks; /* callback.h */
   struct data_store *data;     /* data.h */
   struct fetches *fetches;     /* fetch.h */
+  struct clock_watch *clock;   /* clock.h */
 } service;
 
 #endif

@@ -101,8 +101,10 @@ class Reply:
 class Daemon:
     """A running daemon."""
 
-    def __init__(self, *options, stub=True, unix=False, environment=None, directory=None):
-        """`directory`: of an earlier daemon that was stopped with keep=True."""
+    def __init__(self, *options, stub=True, unix=False, environment=None, directory=None,
+                 before=None):
+        """`directory`: of an earlier daemon that was stopped with keep=True; `before`: called in
+        the new process before it becomes the daemon."""
         self.directory = directory or tempfile.mkdtemp(prefix="daemon-test-")
         os.chmod(self.directory, 0o755)  # a daemon that leaves root must still reach its data
         self.socket = os.path.join(self.directory, "socket")
@@ -111,14 +113,14 @@ class Daemon:
         self.process = subprocess.Popen(
             [program(stub), "--listen", listen, "--data-dir", self.data, "--hosts", "*", *options],
             stdin=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
-            env={**os.environ, **(environment or {})})
+            env={**os.environ, **(environment or {})}, preexec_fn=before)
         self.pid = self.process.pid
         self.reader = threading.Thread(target=self._read_log, daemon=True)
         self.reader.start()
         try:
             line = self.wait_for_log(r"event=listening address=(\S+)")
         except AssertionError:
-            self.stop()
+            self.stop(keep=directory is not None)
             raise
         self.address = line.group(1)
         self.port = None if unix else int(self.address.rsplit(":", 1)[1])

@@ -3,6 +3,7 @@
 #include <errno.h>
 #include <math.h>
 #include <microhttpd.h>
+#include <poll.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -17,8 +18,9 @@
 #include "log.h"
 #include "tls.h"
 
-static const double sweep_seconds = 0.25; /* how often slow connections are looked for */
-static const double hangup_seconds = 1;   /* for what a client that closed had still sent */
+static const double sweep_seconds = 0.25;  /* how often slow connections are looked for */
+static const double hangup_seconds = 1;    /* for what a client that closed had still sent */
+static const double breath_seconds = 0.05; /* between tries to accept when that fails */
 
 typedef enum { IDLE, HEADER, BODY, PENDING, REPLYING } state;
 
@@ -53,6 +55,11 @@ struct http {
   double sweep; /* time of the next one */
   bool wake;    /* libmicrohttpd has something to do that its descriptor does not tell */
   bool quiet;
+  int count;      /* connections */
+  int64_t opened; /* connections so far */
+  int64_t waited; /* `opened` when somebody was last seen waiting to be accepted, -1: nobody was */
+  int vain;       /* runs in a row that should have accepted somebody and did not */
+  double breath;  /* when to look at its descriptor again, INFINITY: it is looked at */
   int pending;
 };
 
@@ -371,6 +378,8 @@ static void open_connection(http *h, struct MHD_Connection *mhd, void **context)
   c->next = h->connections;
   if (c->next != NULL) c->next->previous = c;
   h->connections = c;
+  h->count++;
+  h->opened++;
   loop_watch(h->loop, c->fd, EPOLLRDHUP | EPOLLET, &c->hangup);
 }
 
@@ -381,6 +390,7 @@ static void close_connection(connection *c) {
   if (!c->clean && h->drain != NULL) drain_add(h->drain, c->fd);
   if (c->next != NULL) c->next->previous = c->previous;
   *(c->previous != NULL ? &c->previous->next : &h->connections) = c->next;
+  h->count--;
   free(c);
 }
 
@@ -433,9 +443,43 @@ static void time_out(connection *c) {
   shutdown(c->fd, SHUT_RDWR); /* libmicrohttpd then closes it */
 }
 
+/* ---- When no connection can be accepted ----
+ * Without a descriptor for it libmicrohttpd accepts nobody. If it has no connection, it goes on
+ * trying, as fast as it is run: then its descriptor is left alone for a breath. If it has some, it
+ * waits until one of them closes, however long that takes: then a connection that closes at once is
+ * made for it as soon as there are descriptors again. */
+
+static void take_breath(http *h) {
+  loop_forget(h->loop, h->epoll, &h->source);
+  h->breath = loop_now() + breath_seconds;
+}
+
+static void look_again(http *h) {
+  h->breath = INFINITY;
+  if (!loop_watch(h->loop, h->epoll, EPOLLIN, &h->source)) take_breath(h);
+}
+
+static void knock(http *h) {
+  static const struct sockaddr nobody = {.sa_family = AF_UNIX};
+  int ends[2];
+  if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0, ends) != 0) return;
+  (void)MHD_add_connection(h->mhd, ends[0], &nobody, sizeof nobody); /* closes it in any case */
+  close(ends[1]);
+  h->wake = true;
+}
+
+/* Has somebody been waiting since the last sweep while there was room? */
+static void look_at_door(http *h) {
+  struct pollfd door = {.fd = h->place.listener, .events = POLLIN};
+  const bool waits = !h->quiet && h->count < h->set->connections && poll(&door, 1, 0) > 0;
+  if (waits && h->waited == h->opened) knock(h);
+  h->waited = waits ? h->opened : -1;
+}
+
 static void sweep(http *h) {
   const double now = loop_now();
   h->sweep = now + sweep_seconds;
+  look_at_door(h);
   for (connection *c = h->connections; c != NULL; c = c->next) {
     if (deadline(c) <= now) time_out(c);
   }
@@ -447,7 +491,7 @@ static double due(void *self) {
   const http *h = self;
   MHD_UNSIGNED_LONG_LONG milliseconds;
   if (h->wake) return 0;
-  double first = h->connections != NULL ? h->sweep : INFINITY;
+  double first = fmin(h->breath, h->connections != NULL ? h->sweep : INFINITY);
   if (MHD_get_timeout(h->mhd, &milliseconds) == MHD_YES) {
     first = fmin(first, loop_now() + 1e-3 * (double)milliseconds);
   }
@@ -457,14 +501,20 @@ static double due(void *self) {
 static void run(void *self) {
   http *h = self;
   h->wake = false;
+  if (h->breath <= loop_now()) look_again(h);
   if (h->connections != NULL && h->sweep <= loop_now()) sweep(h);
   MHD_run(h->mhd);
 }
 
 static void on_ready(void *self, uint32_t events) {
+  enum { PATIENCE = 3 }; /* a client may be gone before it is accepted */
   http *h = self;
+  const bool alone = h->connections == NULL;
+  const int64_t opened = h->opened;
   (void)events;
   MHD_run(h->mhd);
+  h->vain = alone && h->opened == opened ? h->vain + 1 : 0;
+  if (h->vain > PATIENCE) take_breath(h);
 }
 
 /* Seconds without traffic after which libmicrohttpd closes. It sends no 408, so our own patience
@@ -492,6 +542,8 @@ http *http_new(loop *l, const parameters *set, const http_place *place, const ht
   http *h = calloc(1, sizeof *h);
   if (h == NULL) goto failed;
   *h = (http){.loop = l, .set = set, .handler = *handler, .place = *place};
+  h->waited = -1;
+  h->breath = INFINITY;
   h->source = (loop_source){on_ready, h};
   h->drain = drain_new(l);
   if (h->drain == NULL) goto failed;

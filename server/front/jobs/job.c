@@ -75,6 +75,10 @@ job_view job_look(const job *c) {
   return view;
 }
 
+void job_touch(job *c) {
+  c->row.updated = fmax(unix_now(), c->row.updated);
+}
+
 /* A state of the table, with what to say about it; to be saved. */
 void job_become(job *c, job_state state, const char *format, ...) {
   va_list arguments;
@@ -83,7 +87,7 @@ void job_become(job *c, job_state state, const char *format, ...) {
   vsnprintf(c->row.message, sizeof c->row.message, format, arguments);
   va_end(arguments);
   c->row.state = (int)state;
-  c->row.updated = unix_now();
+  job_touch(c);
   if (state == JOB_RUNNING && c->row.started <= 0) c->row.started = c->row.updated;
   if (state >= JOB_SUCCESSFUL) {
     c->row.finished = fmax(c->row.updated, c->all->last + 1e-6);
@@ -377,7 +381,7 @@ static store_result write_dismissed(store *s, const job_row *row) {
 static store_result dismiss_stored(jobs *j, const job_row *row, job_view *view) {
   view->row = *row;
   view->row.state = JOB_DISMISSED;
-  view->row.updated = unix_now();
+  view->row.updated = fmax(unix_now(), row->updated);
   snprintf(view->row.message, sizeof view->row.message, "dismissed");
   store_result result = write_dismissed(j->store, &view->row);
   job_files_drop(j, row, true);

@@ -150,4 +150,7 @@ void jobs_on_change(jobs *j, void (*changed)(void *self), void *self);
 
 double unix_now(void); /* seconds since 1970 */
 
+/* The time of day was set by so many seconds, and the dates of the store with it (clock.h). */
+void jobs_shift(jobs *j, double by);
+
 #endif

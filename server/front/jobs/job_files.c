@@ -61,6 +61,7 @@ int job_files_open(jobs *j, const job_row *row, job_file kind) {
   char name[64];
   size_t size = 0;
   void *bytes = store_small(j->store, row->number, (int)kind, &size);
+  if (bytes == NULL && errno != ENOENT) return -1;
   if (bytes == NULL) {
     name_file(row, kind, name);
     return keep_open(store_files(j->store), name);

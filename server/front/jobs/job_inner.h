@@ -57,6 +57,7 @@ struct jobs {
   job_queue *queue;
   job *changed, **last_changed;
   double retry;  /* when to try again to store what could not be */
+  double pause;  /* until when none is started, INFINITY: no pause */
   double expiry; /* when the next result expires, by unix_now */
   int64_t budget;
   double last; /* newest `finished`: no two are equal */
@@ -75,6 +76,7 @@ void job_free(job *c);
 job *job_find(jobs *j, const char *id);
 void job_become(job *c, job_state state, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
+void job_touch(job *c);                     /* it is updated; never earlier than it was */
 void job_tell(job *c, job_event_kind kind); /* an event, and everybody who watches */
 job_view job_look(const job *c);
 

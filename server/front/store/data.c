@@ -45,12 +45,16 @@ static void run(void *self) {
   d->expiry = fmax(now + patience, store_data_first_expiry(d->store));
 }
 
+void data_shift(data_store *d, double by) {
+  d->expiry += by;
+}
+
 /* ---- The whole ---- */
 
 static bool is_wanted(void *context, const char *name) {
   data_store *d = context;
   data_row row;
-  return store_data(d->store, name, &row) == STORE_OK;
+  return store_data(d->store, name, &row) != STORE_NONE; /* what cannot be known is kept */
 }
 
 data_store *data_new(loop *l, const parameters *set, store *s) {

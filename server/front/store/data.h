@@ -44,6 +44,9 @@ store_result data_find(data_store *d, const char *owner, const char *id, data_ro
 /* Opens the bytes of an object for reading; -1 with errno. */
 int data_open(data_store *d, const data_row *row);
 
+/* The time of day was set by so many seconds, and the dates of the store with it (clock.h). */
+void data_shift(data_store *d, double by);
+
 /* STORE_FULL: a job needs it. */
 store_result data_drop(data_store *d, const data_row *row);
 

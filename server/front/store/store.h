@@ -61,7 +61,7 @@ store_result store_next_ended(store *s, int64_t parent, double after, job_row *r
 /* How many parts of a batch are in each state. */
 store_result store_part_states(store *s, int64_t parent, int64_t count[JOB_STATES]);
 
-/* Bytes of a failed job's problem, malloc'ed; NULL if there are none. */
+/* Bytes of a failed job's problem, malloc'ed; NULL with errno, ENOENT if there are none. */
 void *store_problem(store *s, int64_t number, size_t *size);
 
 store_result store_extra(store *s, int64_t number, job_extra *extra);
@@ -118,11 +118,14 @@ store_result store_calls(store *s, int most, store_call *visit, void *context);
 store_result store_update_call(store *s, const job_call *call);
 store_result store_remove_call(store *s, int64_t number);
 
+/* Moves all dates at which something ends or is due by so many seconds (clock.h). */
+store_result store_shift(store *s, double by);
+
 /* ---- Small bytes of jobs, by number and kind (`which`) ---- */
 
 store_result store_add_small(store *s, int64_t job, int which, const void *bytes, size_t size);
 
-/* malloc'ed; NULL if there are none. */
+/* malloc'ed; NULL with errno, ENOENT if there are none. */
 void *store_small(store *s, int64_t job, int which, size_t *size);
 
 /* Forgets those of one kind, -1: all. */

@@ -47,7 +47,9 @@ store_result store_data_renew(store *s, const char *id, double expires) {
 
 bool store_data_is_pinned(store *s, const char *id) {
   sql_text(s, DATA_PINNED, ":id", id);
-  return sql_number_of(s, DATA_PINNED, 0) > 0;
+  const store_result result = sql_step(s, DATA_PINNED);
+  sql_reset(s, DATA_PINNED);
+  return result != STORE_NONE; /* when in doubt it is */
 }
 
 store_result store_data_expired(store *s, double now, char id[DATA_ID]) {

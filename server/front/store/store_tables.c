@@ -171,6 +171,9 @@ static const char *const statements[STATEMENTS] = {
     [REMOVE_DATA] = "DELETE FROM data WHERE id = :id",
     [PIN] = "INSERT INTO pins(data, job) VALUES(:id, :number)",
     [UNPIN] = "DELETE FROM pins WHERE job = :number",
+    [SHIFT_JOBS] = "UPDATE jobs SET expires = expires + :by WHERE expires > 0",
+    [SHIFT_CALLS] = "UPDATE calls SET due = due + :by",
+    [SHIFT_DATA] = "UPDATE data SET expires = expires + :by",
 };
 
 static void add(store_text *q, const char *format, ...) __attribute__((format(printf, 2, 3)));

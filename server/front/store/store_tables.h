@@ -66,6 +66,9 @@ typedef enum {
   REMOVE_DATA,
   PIN,
   UNPIN,
+  SHIFT_JOBS,
+  SHIFT_CALLS,
+  SHIFT_DATA,
   STATEMENTS
 } statement;
 
