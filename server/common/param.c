@@ -63,8 +63,10 @@ static const parameter table[] = {
     {"queue", COUNT, "requests", AT(queue), "64", 0, 1e6,
      "requests that may wait for a worker; more are answered 503"},
     {"connections", COUNT, "", AT(connections), "1000", 1, 1e6, "connections at the same time"},
-    {"connections-per-address", COUNT, "", AT(connections_per_address), "0", 0, 1e6,
-     "connections of one address at the same time; 0 means no limit of its own"},
+    {"connections-per-address", COUNT, "", AT(connections_per_address), "100", 0, 1e6,
+     "connections of one address (of IPv6: one /64) at the same time, those of this machine apart; "
+     "0 "
+     "means no limit of its own"},
     {"receive-seconds", SECONDS, "s", AT(receive_seconds), "20", 0.1, 86400,
      "time a client has to send a request's header, and the longest pause in a body"},
     {"idle-seconds", SECONDS, "s", AT(idle_seconds), "75", 0.1, 86400,
@@ -125,6 +127,8 @@ static const parameter table[] = {
     {"neighbours", COUNT, "", AT(limits.neighbours), "500", 1, 1e6, "neighbours of one point"},
     {"expression-bytes", BYTES, "bytes", AT(limits.expression_bytes), "4096", 1, 1 << 20,
      "text of one expression"},
+    {"expression-work", COUNT, "operations", AT(limits.expression_work), "1G", 1, NO_END,
+     "operations of one expression times the points it is for, some 20 ns each"},
     {"steps", COUNT, "", AT(limits.steps), "1000000", 1, NO_END, "steps of a time-dependent solve"},
     {"memory-bytes", BYTES, "bytes", AT(limits.memory_bytes), "4GiB", 256 << 20, NO_END,
      "address space of one worker"},

@@ -108,12 +108,6 @@ int64_t gate_data_bytes(const gate *g, const char *owner) {
   return t != NULL ? t->most.data_bytes : INT64_MAX;
 }
 
-bool gate_name(gate *g, const char *field, char name[TOKEN_NAME]) {
-  const token *found = g->tokens != NULL ? find(g->tokens, field) : NULL;
-  if (found != NULL) memcpy(name, found->name, sizeof found->name);
-  return found != NULL;
-}
-
 /* ---- A request ---- */
 
 static void refuse_stranger(exchange *x) {

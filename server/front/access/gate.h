@@ -1,7 +1,7 @@
 /* gate.h - who sends a request, and may they? Without a file of tokens everybody may do
  * everything. With one a request carries a secret, as a bearer token (RFC 6750) or as the password
  * of its token's name (HTTP Basic, RFC 7617); what it makes belongs to that name.
- * Test: http.access, unit.access.
+ * Test: http.access.
  */
 #ifndef SCATTERD_GATE_H
 #define SCATTERD_GATE_H
@@ -32,8 +32,5 @@ void gate_ask_again(const gate *g, const char *submitter, ipc_ask *ask);
 
 /* Bytes that an owner may have under /data; no limit without one. */
 int64_t gate_data_bytes(const gate *g, const char *owner);
-
-/* Who sends a value of the field Authorization: false if nobody does. For tests. */
-bool gate_name(gate *g, const char *field, char name[TOKEN_NAME]);
 
 #endif

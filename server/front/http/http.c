@@ -40,6 +40,8 @@ struct connection {
   bool asleep;   /* REPLYING: its source has nothing to say */
   exchange *x;   /* not IDLE */
   loop_source hangup;
+  bool is_remote; /* of another machine, at an address */
+  ip from;
 };
 
 struct http {
@@ -366,6 +368,21 @@ static void on_completed(void *self, struct MHD_Connection *mhd, void **context,
   c->since = loop_now();
 }
 
+/* May one more connection come from there? Those of this machine are not counted: whoever is a
+ * proxy for many is usually here. */
+static enum MHD_Result on_knock(void *self, const struct sockaddr *from, socklen_t size) {
+  const http *h = self;
+  const int64_t most = h->set->connections_per_address;
+  int64_t count = 0;
+  ip client;
+  (void)size;
+  if (most == 0 || !ip_of(&client, from) || ip_is_loopback(&client)) return MHD_YES;
+  for (const connection *c = h->connections; c != NULL; c = c->next) {
+    count += c->is_remote && ip_is_same_client(&c->from, &client);
+  }
+  return count < most ? MHD_YES : MHD_NO;
+}
+
 static void open_connection(http *h, struct MHD_Connection *mhd, void **context) {
   connection *c = calloc(1, sizeof *c);
   *context = c;
@@ -373,6 +390,9 @@ static void open_connection(http *h, struct MHD_Connection *mhd, void **context)
   c->http = h;
   c->mhd = mhd;
   c->fd = MHD_get_connection_info(mhd, MHD_CONNECTION_INFO_CONNECTION_FD)->connect_fd;
+  const union MHD_ConnectionInfo *info =
+      MHD_get_connection_info(mhd, MHD_CONNECTION_INFO_CLIENT_ADDRESS);
+  c->is_remote = info != NULL && info->client_addr != NULL && ip_of(&c->from, info->client_addr);
   c->since = c->heard = loop_now();
   c->hangup = (loop_source){on_hangup, c};
   c->next = h->connections;
@@ -548,13 +568,13 @@ http *http_new(loop *l, const parameters *set, const http_place *place, const ht
   h->drain = drain_new(l);
   if (h->drain == NULL) goto failed;
   h->mhd = MHD_start_daemon(
-      MHD_USE_EPOLL | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ERROR_LOG | kind, 0, NULL, NULL, on_access,
-      h, MHD_OPTION_EXTERNAL_LOGGER, on_message, NULL, MHD_OPTION_LISTEN_SOCKET, place->listener,
-      MHD_OPTION_CONNECTION_LIMIT, (unsigned)set->connections, MHD_OPTION_PER_IP_CONNECTION_LIMIT,
-      (unsigned)set->connections_per_address, MHD_OPTION_CONNECTION_TIMEOUT, patience(set),
-      MHD_OPTION_CONNECTION_MEMORY_LIMIT, (size_t)(4 * set->header_bytes),
-      MHD_OPTION_URI_LOG_CALLBACK, on_target, h, MHD_OPTION_NOTIFY_COMPLETED, on_completed, h,
-      MHD_OPTION_NOTIFY_CONNECTION, on_connection, h, MHD_OPTION_ARRAY, secure, MHD_OPTION_END);
+      MHD_USE_EPOLL | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ERROR_LOG | kind, 0, on_knock, h,
+      on_access, h, MHD_OPTION_EXTERNAL_LOGGER, on_message, NULL, MHD_OPTION_LISTEN_SOCKET,
+      place->listener, MHD_OPTION_CONNECTION_LIMIT, (unsigned)set->connections,
+      MHD_OPTION_CONNECTION_TIMEOUT, patience(set), MHD_OPTION_CONNECTION_MEMORY_LIMIT,
+      (size_t)(4 * set->header_bytes), MHD_OPTION_URI_LOG_CALLBACK, on_target, h,
+      MHD_OPTION_NOTIFY_COMPLETED, on_completed, h, MHD_OPTION_NOTIFY_CONNECTION, on_connection, h,
+      MHD_OPTION_ARRAY, secure, MHD_OPTION_END);
   if (h->mhd == NULL) goto failed;
   h->epoll = MHD_get_daemon_info(h->mhd, MHD_DAEMON_INFO_EPOLL_FD)->epoll_fd;
   if (!loop_watch(l, h->epoll, EPOLLIN, &h->source)) goto failed;
