@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include "child.h"
+#include "counter.h"
 #include "front.h"
 #include "param.h"
 #include "route.h"
@@ -17,7 +18,7 @@ static const char usage[] =
     "      --process ID                   which process (solve)\n"
     "      -o FILE                        where the result goes (standard output)\n"
     "  scatterd --help | --version | --print-parameters | --print-manual |\n"
-    "           --print-routes\n\n"
+    "           --print-metrics | --print-routes\n\n"
     "Options, with their defaults; --config FILE reads them from lines `name = value`:\n";
 
 static int complain(const char *text) {
@@ -41,6 +42,11 @@ static int print_parameters(void) {
   return 0;
 }
 
+static int print_metrics(void) {
+  counter_reference(stdout);
+  return 0;
+}
+
 static int print_routes(void) {
   route_print(stdout);
   return 0;
@@ -57,8 +63,8 @@ static const struct {
   int (*run)(void);
 } words[] = {{"--help", print_help},           {"-h", print_help},
              {"--version", print_version},     {"--print-parameters", print_parameters},
-             {"--print-manual", print_manual}, {"--print-routes", print_routes},
-             {"worker", worker_main}};
+             {"--print-manual", print_manual}, {"--print-metrics", print_metrics},
+             {"--print-routes", print_routes}, {"worker", worker_main}};
 
 /* Takes `name VALUE` out of argv; NULL if it is not there. */
 static const char *take(int *count, char **argv, const char *name) {

@@ -57,18 +57,18 @@ static void keep_history(sct_solve_report *r, double at, double relative) {
   if (at == (double)r->history_count * r->history_every) r->history[r->history_count++] = relative;
 }
 
-/* The fraction is that of the digits to be gained. */
-static void tell(const krylov *k, double norm) {
-  const double relative = norm / k->scale, least = k->target / k->scale;
-  sct_work_residual(k->work, relative);
-  const sct_status ignored =
-      sct_work_report(k->work, "solve", fmin(1, fmax(0, log(relative) / log(least))), NULL);
-  (void)ignored; /* the others go on, so this process does */
+/* Residuals fall by factors, so the way to go is told by their logarithms. Nobody leaves an
+ * iteration that others share. */
+static bool is_wanted(const krylov *k, double norm) {
+  const double way = log(norm / k->scale) / log(k->target / k->scale);
+  sct_work_residual(k->options.work, norm / k->scale);
+  return sct_work_report(k->options.work, "solve", fmin(fmax(way, 0), 1), NULL) == SCT_OK ||
+         k->is_shared;
 }
 
 /* Called at the start of a solve and after each iteration: keeps the history, and ends the attempt
- * where the target is met, or where in PATIENCE iterations, or as many as there were before, the
- * norm was not halved. */
+ * where the target is met, where nobody wants it any more, or where in PATIENCE iterations, or as
+ * many as there were before, the norm was not halved. */
 static PetscErrorCode watch(KSP ksp, PetscInt iteration, PetscReal norm, KSPConvergedReason *reason,
                             void *context) {
   krylov *k = context;
@@ -76,12 +76,14 @@ static PetscErrorCode watch(KSP ksp, PetscInt iteration, PetscReal norm, KSPConv
   (void)ksp;
   *reason = KSP_CONVERGED_ITERATING;
   keep_history(k->report, at, norm / k->scale);
-  if (k->work != NULL) tell(k, norm);
   if (norm <= 0.5 * k->best) {
     k->best = norm;
     k->best_at = at;
   }
-  if (norm <= k->target)
+  k->cancelled = !is_wanted(k, norm);
+  if (k->cancelled)
+    *reason = KSP_DIVERGED_BREAKDOWN;
+  else if (norm <= k->target)
     *reason = KSP_CONVERGED_RTOL;
   else if (!(norm <= 1e6 * k->scale))
     *reason = KSP_DIVERGED_DTOL;
@@ -174,7 +176,7 @@ static double norm(const krylov *k, const double *x) {
 }
 
 static double true_residual(const krylov *k, const double *b, const double *x) {
-  return sqrt(krylov_sum(k, k->residual(k->of, b, x)));
+  return sqrt(krylov_sum(k, k->residual(k->of, k->transposed, b, x)));
 }
 
 /* One run of the Krylov method from x. */
@@ -186,12 +188,13 @@ static sct_status iterate(krylov *k, const double *b, double *x, sct_error *err)
   PetscErrorCode code = p->VecPlaceArray(k->rhs, b);
   if (code == 0) code = p->VecPlaceArray(k->x, x);
   if (code == 0) code = p->KSPSetInitialGuessNonzero(k->ksp, PETSC_TRUE);
-  if (code == 0) code = p->KSPSolve(k->ksp, k->rhs, k->x);
+  if (code == 0) code = (k->transposed ? p->KSPSolveTranspose : p->KSPSolve)(k->ksp, k->rhs, k->x);
   (void)p->VecResetArray(k->rhs);
   (void)p->VecResetArray(k->x);
   if (code == 0) code = p->KSPGetIterationNumber(k->ksp, &count);
   k->spent += (int)count;
   k->report->iterations = k->spent;
+  if (k->cancelled) return sct_fail(err, SCT_E_CANCELLED, -1, "cancelled in phase solve");
   return code == 0 ? SCT_OK : krylov_failed(k, code, "iteration", err);
 }
 
@@ -213,8 +216,9 @@ static sct_status iterate_to_target(krylov *k, const double *b, double *x, sct_e
                   k->spent, k->target / k->scale);
 }
 
-static void begin_solve(krylov *k, const double *b, sct_solve_report *report) {
+static void begin_solve(krylov *k, const double *b, bool transposed, sct_solve_report *report) {
   const sct_solve_options *o = &k->options;
+  k->transposed = transposed;
   k->report = report;
   k->scale = norm(k, b);
   k->target = (o->tolerance > 0 ? o->tolerance : TOLERANCE) * k->scale;
@@ -236,14 +240,16 @@ static sct_status try_second(krylov *k, const double *b, double *x, sct_error *e
   return iterate_to_target(k, b, x, err);
 }
 
-sct_status krylov_solve(krylov *k, const double *b, double *x, sct_solve_report *report,
-                        sct_error *err) {
-  begin_solve(k, b, report);
+sct_status krylov_solve(krylov *k, const double *b, bool transposed, double *x,
+                        sct_solve_report *report, sct_error *err) {
+  begin_solve(k, b, transposed, report);
   if (!k->options.guess || !isfinite(norm(k, x)) || k->scale == 0) {
     memset(x, 0, (size_t)k->rows * sizeof *x);
   }
   petsc_own(&k->blocks);
-  sct_status status = iterate_to_target(k, b, x, err);
+  /* hypre's smoothers have no transposed */
+  const bool suits = !transposed || k->preconditioner == SCT_ILU;
+  sct_status status = suits ? iterate_to_target(k, b, x, err) : SCT_E_CONVERGENCE;
   const bool more = !k->is_second && k->spent < k->limit;
   if (status == SCT_E_CONVERGENCE && more) status = try_second(k, b, x, err);
   petsc_own(NULL);

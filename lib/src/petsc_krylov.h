@@ -31,14 +31,14 @@ typedef struct {
   KSP ksp;
   petsc_block *blocks; /* their memory */
   /* The squared norm of the true residual of x [rows], of the rows on this process. */
-  double (*residual)(void *of, const double *b, const double *x);
+  double (*residual)(void *of, bool transposed, const double *b, const double *x);
   void *of;
-  const sct_work *work; /* who hears of the iteration; NULL: nobody */
   /* of the solve under way */
   sct_solve_report *report;
   double target, scale; /* norms of residual to reach, of the right-hand side */
   double best, best_at; /* least norm so far, and when it was last halved */
   int spent, limit;     /* iterations */
+  bool transposed, cancelled;
 } krylov;
 
 /* Krylov method and preconditioner for k->matrix, in the place of those before: the first attempt,
@@ -48,8 +48,9 @@ SCT_NODISCARD sct_status krylov_set_up(krylov *k, sct_solve_report *report, sct_
 /* The first attempt's preconditioner for the traits, or the one asked for. */
 sct_preconditioner krylov_first(const krylov *k);
 
-/* Solves from x [rows], which is the best there is afterwards. SCT_E_CONVERGENCE. */
-SCT_NODISCARD sct_status krylov_solve(krylov *k, const double *b, double *x,
+/* Solves from x [rows], which is the best there is afterwards. `transposed`: by one process only.
+ * SCT_E_CONVERGENCE, SCT_E_CANCELLED. */
+SCT_NODISCARD sct_status krylov_solve(krylov *k, const double *b, bool transposed, double *x,
                                       sct_solve_report *report, sct_error *err);
 
 /* A failure of PETSc's: one of memory leaves ruins, which are given up. */

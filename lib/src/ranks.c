@@ -203,10 +203,11 @@ static void release(shared *s) {
 /* ---- the solve ---- */
 
 /* |D (b - A x)|^2 of the rows of this rank */
-static double residual(void *of, const double *b, const double *x) {
+static double residual(void *of, bool transposed, const double *b, const double *x) {
   shared *s = of;
   const petsc_calls *p = s->by.petsc;
   double sum = 0;
+  (void)transposed;
   PetscErrorCode code = p->VecPlaceArray(s->by.x, x);
   if (code == 0) code = p->MatMult(s->by.matrix, s->by.x, s->product);
   (void)p->VecResetArray(s->by.x);
@@ -260,7 +261,7 @@ static sct_status iterate(const sct_ranks *ranks, shared *s, sct_solve_report *r
       code == 0 ? krylov_set_up(k, report, err) : krylov_failed(k, code, "matrix", err);
   petsc_own(NULL);
   report->seconds_factor = now() - begin;
-  if (status == SCT_OK) status = krylov_solve(k, s->rhs, s->x, report, err);
+  if (status == SCT_OK) status = krylov_solve(k, s->rhs, false, s->x, report, err);
   report->seconds_solve = now() - begin - report->seconds_factor;
   return status;
 }
@@ -393,10 +394,10 @@ sct_status sct_ranks_solve(sct_ranks *ranks, const sct_part_problem *problem,
                        .options = *options,
                        .rows = part->system != NULL ? part->system->unknowns : 0,
                        .blocks_count = ranks->count,
-                       .residual = residual,
-                       .work = work},
+                       .residual = residual},
                 .part = part};
     s.by.of = &s;
+    s.by.options.work = work;
     status = solve_shared(ranks, &s, problem, phi, solve, report, err);
     release(&s);
   }

@@ -9,6 +9,7 @@
 typedef struct {
   krylov by;
   const sct_solve_matrix *a;
+  double *r; /* room of a solve */
 } petsc_state;
 
 static void release(void *state) {
@@ -18,19 +19,27 @@ static void release(void *state) {
   sct_release(&s);
 }
 
-/* |b - A x|^2 */
-static double residual(void *of, const double *b, const double *x) {
-  const sct_solve_matrix *a = ((const petsc_state *)of)->a;
-  double sum = 0;
+/* r = b - A x, or b - A^T x; returns |r|^2. */
+static double residual(void *of, bool transposed, const double *b, const double *x) {
+  const petsc_state *s = of;
+  const sct_solve_matrix *a = s->a;
+  double *const r = s->r, sum = 0;
+  memcpy(r, b, (size_t)a->n * sizeof *r);
   for (int i = 0; i < a->n; i++) {
-    double r = b[i];
-    for (int k = a->start[i]; k < a->start[i + 1]; k++) r -= a->value[k] * x[a->index[k]];
-    sum += r * r;
+    for (int k = a->start[i]; k < a->start[i + 1]; k++) {
+      const int j = a->index[k];
+      if (transposed)
+        r[j] -= a->value[k] * x[i];
+      else
+        r[i] -= a->value[k] * x[j];
+    }
   }
+  for (int i = 0; i < a->n; i++) sum += r[i] * r[i];
   return sum;
 }
 
 static void begin(petsc_state *s, const sct_solve_options *options) {
+  *s = (petsc_state){.a = NULL};
   s->by = (krylov){.petsc = petsc_open(NULL), /* load succeeded */
                    .options = *options,
                    .residual = residual,
@@ -80,9 +89,12 @@ static sct_status factor(void *state, const sct_solve_matrix *a, sct_solve_repor
 static sct_status solve(void *state, const sct_solve_matrix *a, const double *b, bool transposed,
                         double *x, sct_solve_report *report, sct_error *err) {
   petsc_state *s = state;
-  if (transposed) return sct_fail(err, SCT_E_CONVERGENCE, -1, "a transposed solve is not iterated");
+  sct_status status = sct_alloc(&s->r, a->n, sizeof *s->r, err);
+  if (status != SCT_OK) return status;
   s->a = a;
-  return krylov_solve(&s->by, b, x, report, err);
+  status = krylov_solve(&s->by, b, transposed, x, report, err);
+  sct_release(&s->r);
+  return status;
 }
 
 /* ---- loading ---- */
@@ -92,7 +104,7 @@ static sct_status use(sct_preconditioner preconditioner, bool is_second) {
   int64_t starts[] = {0, 2, 5, 7};
   int start[] = {0, 2, 5, 7};
   int32_t column[] = {0, 1, 0, 1, 2, 1, 2};
-  double value[] = {1, -0.4, -0.4, 1, -0.4, -0.4, 1}, x[3] = {0};
+  double value[] = {1, -0.4, -0.4, 1, -0.4, -0.4, 1}, x[3] = {0}, r[3];
   const double b[] = {1, 2, 3};
   const sct_csr source = {3, 3, starts, column, value};
   const sct_solve_matrix a = {
@@ -103,10 +115,11 @@ static sct_status use(sct_preconditioner preconditioner, bool is_second) {
   begin(&s, &options);
   s.by.preconditioner = preconditioner;
   s.by.is_second = is_second;
+  s.r = r;
   petsc_own(&s.by.blocks);
   sct_status status =
       make_objects(&s, &a) == 0 ? krylov_set_up(&s.by, &report, NULL) : SCT_E_MEMORY;
-  if (status == SCT_OK) status = krylov_solve(&s.by, b, x, &report, NULL);
+  if (status == SCT_OK) status = krylov_solve(&s.by, b, false, x, &report, NULL);
   krylov_drop(&s.by);
   petsc_keep(&s.by.blocks);
   return status;

@@ -188,3 +188,18 @@ char *counter_text(size_t *size) {
   free(text);
   return NULL;
 }
+
+/* ---- Page ---- */
+
+void counter_reference(FILE *out) {
+  fputs(
+      "# Metrics of scatterd\n\n"
+      "`GET /metrics` tells them in the text format of Prometheus. Counters start at 0 with the\n"
+      "daemon; sizes are in bytes, times in seconds.\n\n"
+      "| metric | kind | labels | meaning |\n|---|---|---|---|\n",
+      out);
+  for (int c = 0; c < COUNTER_COUNT; c++) {
+    const metric *m = &metrics[c];
+    fprintf(out, "| %s | %s | %s | %s |\n", m->name, kind_names[m->kind], m->labels, m->help);
+  }
+}

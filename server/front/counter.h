@@ -10,6 +10,7 @@
 #define SCATTERD_COUNTER_H
 
 #include <stddef.h>
+#include <stdio.h>
 
 enum { COUNTER_LABELS = 3, COUNTER_SERIES_MAX = 512 };
 
@@ -80,6 +81,9 @@ void counter_observe(counter c, double seconds, counter_labels labels); /* histo
 /* All of it in the text format 0.0.4, malloc'ed; NULL when out of memory. */
 char *counter_text(size_t *size);
 extern const char counter_media[];
+
+/* What each metric means, as a page (Markdown). */
+void counter_reference(FILE *out);
 
 /* Forgets everything. */
 void counter_reset(void);

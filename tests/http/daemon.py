@@ -26,7 +26,8 @@ import time
 import unittest
 
 EXECUTE = "/processes/solve/execution"
-STORE = {"lock", "jobs", "jobs.db", "jobs.db-wal", "data"}  # what a data directory always holds
+# what a data directory always holds
+STORE = {"lock", "jobs", "jobs.db", "jobs.db-shm", "jobs.db-wal", "data"}
 PATIENCE = 30  # seconds that anything may take on a busy machine
 
 

@@ -651,8 +651,7 @@ class Restart(unittest.TestCase):
         server = self.start()
         self.submit(server, "private")
         for path in pathlib.Path(server.data).rglob("*"):
-            if path.suffix != ".db-wal" and path.suffix != ".db":
-                self.assertEqual(path.stat().st_mode & 0o077, 0, path)
+            self.assertEqual(path.stat().st_mode & 0o077, 0, path)
         self.assertEqual(pathlib.Path(server.data).stat().st_mode & 0o777, 0o700)
 
     def test_streams_and_waits_end_with_the_daemon(self):

@@ -11,7 +11,8 @@ package=$(ls "$work"/out/scatterd_*.deb)
 dpkg-deb -x "$package" "$work/tree"
 dpkg-deb -e "$package" "$work/control"
 
-for path in usr/bin/scatterd usr/bin/scatterd-client usr/share/man/man1/scatterd.1 \
+for path in usr/bin/scatterd usr/bin/scatterd-client usr/bin/scatterd-backup \
+  usr/share/man/man1/scatterd.1 usr/share/man/man1/scatterd-client.1 \
   usr/lib/systemd/system/scatterd.service usr/lib/systemd/system/scatterd.socket \
   etc/scatterd/scatterd.conf usr/lib/python3/dist-packages/scatterd/__init__.py; do
   [ -e "$work/tree/$path" ] || { echo "package: no $path" >&2; exit 1; }
@@ -21,6 +22,10 @@ grep -qx /etc/scatterd/scatterd.conf "$work/control/conffiles"
 for script in postinst prerm postrm; do
   sh -n "$work/control/$script"
   [ -x "$work/control/$script" ]
+done
+
+for page in scatterd scatterd-client; do # what apropos finds
+  grep -A1 '^.SH NAME' "$work/tree/usr/share/man/man1/$page.1" | grep -q "^$page .*- "
 done
 
 # The packaged configuration is one that the packaged program takes.
