@@ -58,6 +58,16 @@ static const char *keep_pointer(task *t, const item *it) {
   return copy ? strcpy(copy, pointer) : NULL;
 }
 
+static bool is_affordable(task *t, const item *it, const expression *e, int64_t points) {
+  const int64_t most = t->limits->expression_work;
+  if (e->operations <= most / (points > 0 ? points : 1)) return true;
+  complain(t, it,
+           "has %lld operations, for %lld points, which are more than %lld together "
+           "(expression-work)",
+           (long long)e->operations, (long long)points, (long long)most);
+  return false;
+}
+
 static bool read_expression(task *t, const item *it, const sites *on, expression *e) {
   const char *text = NULL;
   char room[SHOWN_MAX];
@@ -70,7 +80,9 @@ static bool read_expression(task *t, const item *it, const sites *on, expression
   }
   language *l = language_of(t);
   if (!l) return false;
-  if (expression_check(l, text, on ? on->cloud->cloud.dim : SCT_DIM_MAX, e, &why)) return true;
+  if (expression_check(l, text, on ? on->cloud->cloud.dim : SCT_DIM_MAX, e, &why)) {
+    return is_affordable(t, it, e, on ? on->n : 1);
+  }
   complain(t, it, "expression \"%s\": %s, at position %lld", shown(text, room), why.text,
            (long long)why.position);
   return false;
