@@ -107,7 +107,7 @@ static PetscErrorCode watch(KSP ksp, PetscInt iteration, PetscReal norm, KSPConv
   if (r->history_count == SCT_SOLVE_HISTORY) { /* every other one goes */
     r->history_count /= 2;
     r->history_every *= 2;
-    for (int k = 0; k < r->history_count; k++) r->history[k] = r->history[2 * k];
+    for (int64_t k = 0; k < r->history_count; k++) r->history[k] = r->history[2 * k];
   }
   if (at == (double)r->history_count * r->history_every) {
     r->history[r->history_count++] = norm / s->scale;
