@@ -23,9 +23,8 @@ build() { # SOURCE BUILD JOBS options
 }
 
 copy "$work/one"
-build "$work/one" "$work/one-build" "$(nproc)" "$@"
-mkdir -p "$work/a longer/path/to"
 copy "$work/a longer/path/to/two"
+build "$work/one" "$work/one-build" "$(nproc)" "$@"
 (umask 077; LC_ALL=C.UTF-8 TZ=Pacific/Kiritimati PYTHONHASHSEED=17 \
   build "$work/a longer/path/to/two" "$work/a longer/path/to/build" 1 "$@")
 
