@@ -327,8 +327,8 @@ static sct_status one_step(sct_flow *f, double dt, const sct_work *work, sct_err
 static sct_status take_snapshot(sct_flow *f, sct_error *err) {
   flow_snapshot *s = &f->snapshot[f->snapshots];
   const sct_flow_cloud now = sct_flow_particles(f);
-  sct_status status =
-      now.x == NULL ? sct_fail(err, SCT_E_MEMORY, -1, "no memory for a snapshot") : SCT_OK;
+  sct_status status = SCT_OK;
+  if (now.x == NULL) return sct_fail(err, SCT_E_MEMORY, -1, "no memory for a snapshot");
   *s = (flow_snapshot){.time = f->time, .n = now.n};
   f->snapshots++;
   if (status == SCT_OK) status = sct_alloc(&s->x, 2 * now.n, sizeof *s->x, err);

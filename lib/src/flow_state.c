@@ -205,7 +205,7 @@ static sct_status make_room(sct_flow *f, const head *h, const unsigned char *byt
 }
 
 sct_status sct_flow_load(sct_flow *f, const void *bytes, size_t size, sct_error *err) {
-  head h;
+  head h = {0};
   const unsigned char *p = bytes;
   sct_status status = check_head(f, p, size, &h, err);
   if (status != SCT_OK) return status;
