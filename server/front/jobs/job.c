@@ -60,8 +60,8 @@ job_view job_look(const job *c) {
   job_view view = {.row = c->row, .active = (job *)c};
   if (c->events != NULL) view.event = c->events->last;
   if (c->row.state == JOB_RUNNING) {
-    memcpy(view.phase, c->phase, sizeof view.phase);
-    view.residual = c->residual;
+    memcpy(view.phase, c->row.phase, sizeof view.phase);
+    view.residual = c->row.residual;
   }
   return view;
 }
@@ -122,8 +122,8 @@ static void add_event(job *c, job_event_kind kind) {
   job_event *event = &e->ring[e->count++ % JOB_EVENTS];
   *event = (job_event){
       .id = e->last, .kind = kind, .state = c->row.state, .progress = c->row.progress, .time = now};
-  memcpy(event->phase, c->phase, sizeof event->phase);
-  event->residual = c->residual;
+  memcpy(event->phase, c->row.phase, sizeof event->phase);
+  event->residual = c->row.residual;
 }
 
 const job_event *job_event_after(const job *which, int64_t after) {
@@ -343,7 +343,7 @@ static bool dismiss_part(void *context, const job_row *row) {
 
 static store_result write_dismissed(store *s, const job_row *row) {
   store_result result = store_begin(s);
-  if (result == STORE_OK) result = store_update(s, row, NULL, 0);
+  if (result == STORE_OK) result = store_update(s, row, row->holder, NULL, 0);
   if (result == STORE_OK) result = store_drop_small(s, row->number, -1);
   if (result == STORE_OK) result = store_log(s, row->number, row->updated, "dismissed");
   if (result == STORE_OK) result = store_commit(s);

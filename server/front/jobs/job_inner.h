@@ -26,8 +26,6 @@ struct job {
   pool_task *task;      /* while it runs */
   int body, checkpoint; /* descriptors while it runs */
   double fraction;      /* of the work, never falls within a run */
-  char phase[32];
-  double residual; /* in that phase; 0: none so far */
   /* batch */
   job *batch;           /* the job it is part of */
   job *parts, *sibling; /* its parts before they are stored */

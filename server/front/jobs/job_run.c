@@ -85,17 +85,17 @@ static void heard(void *context, const ipc_news *news, int fd) {
     keep_checkpoint(c, news, fd);
     return;
   }
-  const bool other = strcmp(c->phase, news->phase) != 0;
-  memcpy(c->phase, news->phase, sizeof c->phase);
+  const bool other = strcmp(c->row.phase, news->phase) != 0;
+  memcpy(c->row.phase, news->phase, sizeof c->row.phase);
   if (other) {
-    snprintf(c->row.message, sizeof c->row.message, "%s", c->phase);
+    snprintf(c->row.message, sizeof c->row.message, "%s", c->row.phase);
     job_touch(c);
-    c->residual = 0;
+    c->row.residual = 0;
     job_tell(c, JOB_EVENT_PHASE);
   }
   job_advance(c, news->fraction);
   if (news->residual > 0 && isfinite(news->residual)) {
-    c->residual = news->residual;
+    c->row.residual = news->residual;
     job_tell(c, JOB_EVENT_RESIDUAL);
   }
 }
@@ -274,8 +274,8 @@ static bool start(job *c) {
   c->all->counts.running++;
   c->all->counts.memory += c->row.estimate;
   c->row.attempts++;
-  *c->phase = '\0';
-  c->residual = 0;
+  *c->row.phase = '\0';
+  c->row.residual = 0;
   job_become(c, JOB_RUNNING, "runs, attempt %d", c->row.attempts);
   job *batch = c->batch;
   if (batch != NULL && batch->row.state == JOB_ACCEPTED) {

@@ -44,8 +44,10 @@ int store_files(const store *s);
 /* Adds a job and sets its number. */
 store_result store_add(store *s, job_row *row, const job_extra *extra);
 
-/* Writes what changed. `problem` of a failed job: its bytes; NULL leaves them. */
-store_result store_update(store *s, const job_row *row, const void *problem, size_t size);
+/* Writes what changed; STORE_NONE if its holder is not `held` any more. `problem` of a failed job:
+ * its bytes; NULL leaves them. */
+store_result store_update(store *s, const job_row *row, const char *held, const void *problem,
+                          size_t size);
 
 store_result store_job(store *s, const char *id, job_row *row);
 store_result store_job_number(store *s, int64_t number, job_row *row);
