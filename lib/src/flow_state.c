@@ -220,5 +220,5 @@ sct_status sct_flow_load(sct_flow *f, const void *bytes, size_t size, sct_error 
     return sct_fail(err, SCT_E_ARGUMENT, -1, "the saved flow is damaged");
   }
   walk(&in, f);
-  return SCT_OK;
+  return flow_reserve_views(f, err);
 }
