@@ -54,8 +54,9 @@ static bool evaluate(task *t, field *f, int a, double time) {
 static const char *keep_pointer(task *t, const item *it) {
   char pointer[PROBLEM_POINTER];
   item_pointer(it, pointer);
-  char *copy = task_take(t, (int64_t)strlen(pointer) + 1, 1);
-  return copy ? strcpy(copy, pointer) : NULL;
+  const size_t size = strlen(pointer) + 1;
+  char *copy = task_take(t, (int64_t)size, 1);
+  return copy ? memcpy(copy, pointer, size) : NULL;
 }
 
 static bool is_affordable(task *t, const item *it, const expression *e, int64_t points) {

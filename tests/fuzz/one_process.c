@@ -119,20 +119,20 @@ void pool_free(pool **p) {
   *p = NULL;
 }
 
-pool_task *pool_submit(pool *p, const ipc_ask *question, int body, const pool_calls *calls,
+pool_task *pool_submit(pool *p, const ipc_ask *what, int body, const pool_calls *calls,
                        void *context) {
   if (pool_tasks(p) >= TASKS_MAX) return NULL;
   pool_task *t = calloc(1, sizeof *t), **end = &p->first;
   if (t == NULL) return NULL;
-  *t = (pool_task){.ask = *question, .body = body, .calls = calls, .context = context};
+  *t = (pool_task){.ask = *what, .body = body, .calls = calls, .context = context};
   while (*end != NULL) end = &(*end)->next;
   return *end = t;
 }
 
-pool_task *pool_start(pool *p, const ipc_ask *question, int body, int checkpoint,
+pool_task *pool_start(pool *p, const ipc_ask *what, int body, int checkpoint,
                       const pool_calls *calls, void *context) {
   (void)checkpoint;
-  return pool_submit(p, question, body, calls, context);
+  return pool_submit(p, what, body, calls, context);
 }
 
 bool pool_has_room(const pool *p) {
@@ -150,18 +150,6 @@ void pool_cancel(pool *p, pool_task *task) {
 
 void *pool_context(const pool_task *task) {
   return task->context;
-}
-
-const char *pool_owner(const pool_task *task) {
-  return task->ask.owner;
-}
-
-int pool_tasks_of(const pool *p, const char *owner) {
-  int count = 0;
-  for (const pool_task *t = p->first; t != NULL; t = t->next) {
-    count += strcmp(t->ask.owner, owner) == 0;
-  }
-  return count;
 }
 
 void pool_on_room(pool *p, void (*room)(void *self), void *self) {

@@ -94,7 +94,7 @@ void job_save(job *c); /* at the end of this round */
 void jobs_flush(jobs *j);
 
 /* job_run.c */
-void jobs_schedule(void *jobs); /* starts what may start */
+void jobs_schedule(void *self); /* starts what may start */
 void job_fail(job *c, int status, const char *format, ...) __attribute__((format(printf, 3, 4)));
 void job_advance(job *c, double fraction);
 void job_part_ended(job *part); /* its batch is told; once it is stored */

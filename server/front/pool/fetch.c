@@ -247,9 +247,10 @@ fetches *fetches_new(const service *s) {
 
 void fetches_free(fetches **f) {
   if (*f == NULL) return;
-  while ((*f)->first != NULL) {
-    outbound_cancel((*f)->first->call);
-    free_remote((*f)->first);
+  for (remote *r = (*f)->first, *next; r != NULL; r = next) {
+    next = r->next;
+    outbound_cancel(r->call);
+    free_remote(r);
   }
   pool_on_values((*f)->service->pool, &(pool_values){0});
   free(*f);

@@ -10,10 +10,10 @@
 static void show(const uint8_t *bytes, char text[DIGEST_TEXT]) {
   static const char digits[] = "0123456789abcdef";
   for (int k = 0; k < SHA256_DIGEST_SIZE; k++) {
-    text[2 * k] = digits[bytes[k] >> 4];
-    text[2 * k + 1] = digits[bytes[k] & 15];
+    *text++ = digits[bytes[k] >> 4];
+    *text++ = digits[bytes[k] & 15];
   }
-  text[2 * SHA256_DIGEST_SIZE] = '\0';
+  *text = '\0';
 }
 
 bool digest_file(const char *label, int fd, size_t size, char text[DIGEST_TEXT]) {
