@@ -152,6 +152,18 @@ void *pool_context(const pool_task *task) {
   return task->context;
 }
 
+const char *pool_owner(const pool_task *task) {
+  return task->ask.owner;
+}
+
+int pool_tasks_of(const pool *p, const char *owner) {
+  int count = 0;
+  for (const pool_task *t = p->first; t != NULL; t = t->next) {
+    count += strcmp(t->ask.owner, owner) == 0;
+  }
+  return count;
+}
+
 void pool_on_room(pool *p, void (*room)(void *self), void *self) {
   p->room = room;
   p->room_self = self;

@@ -22,8 +22,27 @@ static void name_file(const job_row *row, job_file kind, char name[64]) {
   snprintf(name, 64, "%s.%s", row->id, kinds[kind]);
 }
 
+/* What went in the meantime is only counted when there seems to be no room, and not all the time.
+ */
+static bool has_room(jobs *j, int64_t size) {
+  static const double pause = 1;
+  const int64_t most = j->set->job_bytes;
+  const double now = loop_now();
+  if (j->bytes + size > most && (j->counted <= 0 || now > j->counted + pause)) {
+    j->bytes = store_job_bytes(j->store);
+    j->counted = now;
+  }
+  if (j->bytes + size > most) return false;
+  j->bytes += size;
+  return true;
+}
+
 bool job_files_keep(job *c, job_file kind, int fd, size_t size) {
   char name[64];
+  if (kind != JOB_CHECKPOINT && !has_room(c->all, (int64_t)size)) {
+    errno = EDQUOT;
+    return false;
+  }
   name_file(&c->row, kind, name);
   if (size > SMALL || kind == JOB_CHECKPOINT) {
     return keep_file(store_files(c->all->store), name, fd, size);

@@ -64,6 +64,8 @@ struct jobs {
   double mean; /* seconds of a run, weighted towards the recent ones */
   bool stopped;
   job_counts counts;
+  int64_t bytes;  /* that files and small bytes may be at most: what was, and all that came since */
+  double counted; /* when the first of the two was looked up (s) */
   void (*told)(void *self);
   void *told_self;
   void (*narrow)(void *self, const char *submitter, ipc_ask *ask); /* NULL: nobody does */
