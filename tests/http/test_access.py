@@ -319,7 +319,7 @@ class References(Guarded):
 
 class Limits(Guarded):
     limits = {"few": ["jobs=2"], "short": ["seconds=0.3"], "small": ["body-bytes=1000"],
-              "poor": ["data-bytes=50"], "slow": ["rate=0.5", "burst=3"], "free": []}
+              "poor": ["data-bytes=50", "job-bytes=50000"], "slow": ["rate=0.5", "burst=3"], "free": []}
     options = ["--workers", "4"]
 
     def test_jobs(self):
@@ -385,6 +385,19 @@ class Limits(Guarded):
                             "of the token")
         self.assertEqual(self.say("poor", "POST", "/data", first, kind).status, 200)
         self.assertEqual(self.say("free", "POST", "/data", json.dumps("b" * 30), kind).status, 201)
+
+    def test_stored_jobs(self):
+        def submit(k):
+            reply = self.submit("poor", f"sleep 60 {k}".ljust(20000))
+            return reply.status if reply.status != 201 else "/jobs/" + reply.json["jobID"]
+        jobs = [submit(1), submit(2)]
+        self.assertEqual(submit(3), 507)
+        self.assertEqual(self.submit("free", "others go on".ljust(60000)).status, 201)
+        for job in jobs:
+            self.assertEqual(self.say("poor", "DELETE", job).status, 200)
+        last = daemon.wait_until(lambda: self.submit("poor", "x".ljust(20000)).status == 201,
+                                 "room again")
+        self.assertTrue(last)
 
     def test_rate(self):
         replies = [self.say("slow", "GET", "/conformance") for _ in range(5)]

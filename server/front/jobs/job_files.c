@@ -22,24 +22,23 @@ static void name_file(const job_row *row, job_file kind, char name[64]) {
   snprintf(name, 64, "%s.%s", row->id, kinds[kind]);
 }
 
-/* What went in the meantime is only counted when there seems to be no room, and not all the time.
- */
-static bool has_room(jobs *j, int64_t size) {
-  static const double pause = 1;
-  const int64_t most = j->set->job_bytes;
-  const double now = loop_now();
-  if (j->bytes + size > most && (j->counted <= 0 || now > j->counted + pause)) {
-    j->bytes = store_job_bytes(j->store);
-    j->counted = now;
+static int64_t count(void *self, const char *owner) {
+  return store_job_bytes(self, owner);
+}
+
+/* Within job-bytes, and within what its submitter may have. */
+static bool has_room(job *c, int64_t size) {
+  jobs *j = c->all;
+  allowance_counter all = {count, j->store, ""}, own = {count, j->store, c->row.submitter};
+  if (j->owners.keep != NULL && !j->owners.keep(j->owners.self, c->row.submitter, size, &own)) {
+    return false;
   }
-  if (j->bytes + size > most) return false;
-  j->bytes += size;
-  return true;
+  return allowance_take(&j->bytes, size, j->set->job_bytes, loop_now(), &all);
 }
 
 bool job_files_keep(job *c, job_file kind, int fd, size_t size) {
   char name[64];
-  if (kind != JOB_CHECKPOINT && !has_room(c->all, (int64_t)size)) {
+  if (kind != JOB_CHECKPOINT && !has_room(c, (int64_t)size)) {
     errno = EDQUOT;
     return false;
   }

@@ -90,7 +90,6 @@ bool jobs_recover(jobs *j, fault *why) {
     return fault_set(why, "data-dir: the jobs cannot be read");
   }
   keep_sweep(store_files(j->store), wanted, j);
-  j->bytes = store_job_bytes(j->store);
   j->expiry = store_first_expiry(j->store);
   if (r.count > 0) log_say(LOG_INFO, "recovered", "%d jobs wait again", r.count);
   return true;

@@ -222,7 +222,8 @@ store_result store_shift(store *s, double by) {
   return result;
 }
 
-int64_t store_job_bytes(store *s) {
+int64_t store_job_bytes(store *s, const char *owner) {
+  sql_text(s, JOB_BYTES, ":owner", owner);
   return (int64_t)sql_number_of(s, JOB_BYTES, 0);
 }
 

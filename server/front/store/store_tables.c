@@ -128,7 +128,7 @@ static const char *const statements[STATEMENTS] = {
     [JOB_BYTES] =
         "SELECT CAST(coalesce(sum(CASE WHEN state <= 1 AND parent = 0 THEN size WHEN state = 2 "
         "THEN "
-        "result_size ELSE 0 END), 0) AS {long}) FROM jobs",
+        "result_size ELSE 0 END), 0) AS {long}) FROM jobs WHERE :owner = '' OR submitter = :owner",
     [LIST] =
         "SELECT {columns}, number FROM jobs "
         "WHERE (:processes = '' OR {place in}(:processes, ',' || process || ',') > 0) "
