@@ -225,10 +225,8 @@ int64_t jobs_of(const jobs *j, const char *submitter) {
   return job_tally_of(&j->tally, submitter);
 }
 
-void jobs_on_ask(jobs *j, void (*narrow)(void *self, const char *submitter, ipc_ask *ask),
-                 void *self) {
-  j->narrow = narrow;
-  j->narrow_self = self;
+void jobs_on_owners(jobs *j, const job_owners *owners) {
+  j->owners = *owners;
 }
 
 int64_t jobs_most_memory(const jobs *j) {

@@ -222,6 +222,11 @@ store_result store_shift(store *s, double by) {
   return result;
 }
 
+int64_t store_job_bytes(store *s, const char *owner) {
+  sql_text(s, JOB_BYTES, ":owner", owner);
+  return (int64_t)sql_number_of(s, JOB_BYTES, 0);
+}
+
 store_result store_list(store *s, const store_filter *f, store_visit *visit, void *context) {
   sql_text(s, LIST, ":owner", f->owner != NULL ? f->owner : "");
   sql_text(s, LIST, ":processes", f->processes);

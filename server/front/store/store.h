@@ -89,6 +89,10 @@ store_result store_expired(store *s, double now, store_visit *visit, void *conte
 /* The earliest `expires` of a job; INFINITY without any. */
 double store_first_expiry(store *s);
 
+/* Bytes of the requests of jobs that are not over and of the results of all, of those of
+ * `owner` if that is not "". Cost: all jobs. */
+int64_t store_job_bytes(store *s, const char *owner);
+
 /* Which jobs a list shows. */
 typedef struct {
   const char *owner;   /* only those of this submitter; NULL or "": of all */
