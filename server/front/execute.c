@@ -90,7 +90,7 @@ void execute_begin(const service *s, exchange *x) {
   e->service = s;
   e->x = x;
   e->ask.limits = s->set->limits;
-  e->prefer = prefer_of(field(x, "Prefer", room));
+  e->prefer = prefer_of(field(x, "Prefer", room), s->set->wait_seconds);
   for (size_t k = 0; k < sizeof checks / sizeof *checks && x->reply.status == 0; k++) checks[k](e);
 }
 
