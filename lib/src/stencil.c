@@ -444,7 +444,7 @@ static sct_status apply_point(void *context, int64_t i, sct_room *room, sct_erro
   const int want = (to->gradient != NULL ? SCT_ROW_GRADIENT : 0) |
                    (to->laplacian != NULL ? SCT_ROW_LAPLACIAN : 0);
   const sct_row_request request = {.want = want};
-  sct_row row;
+  sct_row row = {0};
   if (to->smoothed != NULL) smooth_point(to, i, room);
   if (to->flags != NULL) to->flags[i] = 0;
   if (want == 0) return SCT_OK;

@@ -71,13 +71,13 @@ typedef enum { SCT_WEIGHT_LIST(SCT_NAME_ENUM) SCT_WEIGHT_COUNT } sct_weight;
 #undef SCT_NAME_ENUM
 
 /* Name of a value, NULL out of range; find returns the COUNT if there is none of that name. */
-const char *sct_scheme_name(sct_scheme scheme);
+const char *sct_scheme_name(sct_scheme value);
 sct_scheme sct_scheme_find(const char *name);
-const char *sct_upwind_name(sct_upwind upwind);
+const char *sct_upwind_name(sct_upwind value);
 sct_upwind sct_upwind_find(const char *name);
-const char *sct_density_name(sct_density density);
+const char *sct_density_name(sct_density value);
 sct_density sct_density_find(const char *name);
-const char *sct_weight_name(sct_weight weight);
+const char *sct_weight_name(sct_weight value);
 sct_weight sct_weight_find(const char *name);
 
 typedef struct {

@@ -5,6 +5,7 @@
 
 #include "job.h"
 #include "job_queue.h"
+#include "job_tally.h"
 
 typedef struct {
   int64_t last; /* id */
@@ -25,6 +26,7 @@ struct job {
   queue_node node;      /* while it waits */
   pool_task *task;      /* while it runs */
   int body, checkpoint; /* descriptors while it runs */
+  double seconds;       /* that its run may take */
   double fraction;      /* of the work, never falls within a run */
   /* batch */
   job *batch;           /* the job it is part of */
@@ -50,7 +52,8 @@ struct jobs {
   const parameters *set;
   pool *pool;
   store *store;
-  void *by_id; /* tsearch */
+  void *by_id;     /* tsearch */
+  job_tally tally; /* of those in memory, batches by their parts */
   job_queue *queue;
   job *changed, **last_changed;
   double retry;  /* when to try again to store what could not be */
@@ -63,6 +66,8 @@ struct jobs {
   job_counts counts;
   void (*told)(void *self);
   void *told_self;
+  void (*narrow)(void *self, const char *submitter, ipc_ask *ask); /* NULL: nobody does */
+  void *narrow_self;
 };
 
 /* job.c */
@@ -89,7 +94,7 @@ void job_save(job *c); /* at the end of this round */
 void jobs_flush(jobs *j);
 
 /* job_run.c */
-void jobs_schedule(void *jobs); /* starts what may start */
+void jobs_schedule(void *self); /* starts what may start */
 void job_fail(job *c, int status, const char *format, ...) __attribute__((format(printf, 3, 4)));
 void job_advance(job *c, double fraction);
 void job_part_ended(job *part); /* its batch is told; once it is stored */
