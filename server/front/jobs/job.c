@@ -12,12 +12,6 @@
 
 #include "job_inner.h"
 
-double unix_now(void) {
-  struct timespec t;
-  clock_gettime(CLOCK_REALTIME, &t);
-  return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
-
 /* ---- The jobs in memory ---- */
 
 static int by_id(const void *a, const void *b) {

@@ -154,8 +154,6 @@ job_counts jobs_counts(const jobs *j);
 /* Who is told when there may be a call to a subscriber to be made. */
 void jobs_on_change(jobs *j, void (*changed)(void *self), void *self);
 
-double unix_now(void); /* seconds since 1970 */
-
 /* The time of day was set by so many seconds, and the dates of the store with it (clock.h). */
 void jobs_shift(jobs *j, double by);
 

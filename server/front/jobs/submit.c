@@ -1,6 +1,5 @@
 #include "submit.h"
 
-#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -95,7 +94,6 @@ static void waited(void *self, const job_view *now) {
 
 static void stored(void *self, const job_row *row, store_result result) {
   submission *b = self;
-  const double seconds = fmin(b->prefer.wait, b->service->set->wait_seconds);
   job_view view;
   if (result != STORE_OK) {
     job_refuse_store(b->x, result);
@@ -111,7 +109,7 @@ static void stored(void *self, const job_row *row, store_result result) {
   if (view.active == NULL) {
     waited(b, &view);
   } else {
-    wait_on(b->service->waits, &b->wait, seconds);
+    wait_on(b->service->waits, &b->wait, b->prefer.wait);
   }
 }
 

@@ -122,7 +122,8 @@ store_result store_calls(store *s, int most, store_call *visit, void *context);
 store_result store_update_call(store *s, const job_call *call);
 store_result store_remove_call(store *s, int64_t number);
 
-/* Moves all dates at which something ends or is due by so many seconds (clock.h). */
+/* Moves all dates at which something ends or is due by so many seconds (clock.h); those of a shared
+ * database stay. */
 store_result store_shift(store *s, double by);
 
 /* ---- Small bytes of jobs, by number and kind (`which`) ---- */
