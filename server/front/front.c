@@ -145,7 +145,7 @@ static bool start(front *f, fault *why) {
   if (!watch_signals(f, why)) return false;
   f->service = (service){.set = f->set, .pool = pool_new(f->loop, f->set, why)};
   if (f->service.pool == NULL) return false;
-  f->service.store = store_open(f->set->data_dir, why);
+  f->service.store = store_open(f->set->data_dir, f->set->store, why);
   if (f->service.store == NULL) return false;
   f->service.jobs = jobs_new(f->loop, f->set, f->service.pool, f->service.store, why);
   if (f->service.jobs == NULL) return false;

@@ -1,4 +1,5 @@
-/* store.h, keep.h: rows, filters, files; one daemon at a time. */
+/* store.h, keep.h: rows, filters, files; one daemon at a time. With the URL of a PostgreSQL database
+ * in $SCATTERD_STORE everything runs on that, and what only a shared store has (store_shared.h). */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -18,16 +19,29 @@
 #include "store.h"
 
 static char directory[] = "/tmp/store-test-XXXXXX";
+static const char *url = "";
 
 static store *opened(void) {
   fault why;
-  store *s = store_open(directory, &why);
+  store *s = store_open(directory, url, &why);
   if (s == NULL) fail_msg("%s", why.text);
   return s;
 }
 
+/* Empties the database, if it is one that others keep. */
+static int clear(void) {
+  char command[600];
+  if (*url == '\0') return 0;
+  snprintf(command, sizeof command,
+           "psql -X -q '%s' -c 'SET client_min_messages = error; DROP SCHEMA public CASCADE; "
+           "CREATE SCHEMA public' >/dev/null",
+           url);
+  return system(command);
+}
+
 static int make_directory(void **state) {
   (void)state;
+  if (clear() != 0) return -1;
   strcpy(directory, "/tmp/store-test-XXXXXX");
   return mkdtemp(directory) == NULL;
 }
@@ -94,7 +108,7 @@ static void test_one_at_a_time(void **state) {
   store *s = opened();
   fault why;
   (void)state;
-  assert_null(store_open(directory, &why));
+  assert_null(store_open(directory, url, &why));
   assert_non_null(strstr(why.text, "another daemon"));
   store_close(&s);
   s = opened();
@@ -294,6 +308,7 @@ static void test_files(void **state) {
 #define CASE(f) cmocka_unit_test_setup_teardown(f, make_directory, remove_directory)
 
 int main(void) {
+  if (getenv("SCATTERD_STORE") != NULL) url = getenv("SCATTERD_STORE");
   const struct CMUnitTest tests[] = {
       CASE(test_row_comes_back),   CASE(test_one_at_a_time), CASE(test_transactions),
       CASE(test_keys_and_digests), CASE(test_filters),       CASE(test_active_parts_and_expiry),

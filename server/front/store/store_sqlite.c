@@ -1,15 +1,19 @@
 /* The only door to SQLite. */
 #include <errno.h>
+#include <fcntl.h>
 #include <sqlite3.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include "log.h"
 #include "store_sql.h"
 
 typedef struct {
   sqlite3 *db;
-  sqlite3_stmt *statement[STATEMENTS];
+  sqlite3_stmt *statement[STATEMENTS_OF_ONE];
 } base;
 
 static base *base_of(const store *s) {
@@ -125,7 +129,7 @@ static bool make_tables(sqlite3 *db, fault *why) {
 
 static bool prepare(base *b) {
   store_text q;
-  for (int k = 0; k < STATEMENTS; k++) {
+  for (int k = 0; k < STATEMENTS_OF_ONE; k++) {
     store_write_statement(DIALECT_SQLITE, (statement)k, &q);
     const int code =
         sqlite3_prepare_v3(b->db, q.text, -1, SQLITE_PREPARE_PERSISTENT, &b->statement[k], NULL);
@@ -134,15 +138,23 @@ static bool prepare(base *b) {
   return true;
 }
 
+/* Nobody else's to read; its log and index take over its mode. */
+static bool make_private(const store *s) {
+  const int file = openat(s->directory, STORE_DATABASE, O_RDWR | O_CREAT | O_CLOEXEC, 0600);
+  const bool good = file >= 0 && fchmod(file, 0600) == 0;
+  if (file >= 0) close(file);
+  return good;
+}
+
 static bool open_base(store *s, const char *where, fault *why) {
   char file[4096];
-  static const char settings[] =
-      "PRAGMA journal_mode=WAL; PRAGMA synchronous=FULL; PRAGMA locking_mode=EXCLUSIVE;"
-      "PRAGMA temp_store=MEMORY";
+  static const char settings[] = /* not locked for itself: a backup may read */
+      "PRAGMA journal_mode=WAL; PRAGMA synchronous=FULL; PRAGMA temp_store=MEMORY";
   base *b = s->base = calloc(1, sizeof *b);
   if (b == NULL) return fault_set(why, "out of memory");
   snprintf(file, sizeof file, "%s/" STORE_DATABASE, where);
   *why->text = '\0';
+  if (!make_private(s)) return fault_set(why, "data-dir: %.200s: %s", file, strerror(errno));
   if (sqlite3_open_v2(file, &b->db, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE, NULL) ==
           SQLITE_OK &&
       sqlite3_exec(b->db, settings, NULL, NULL, NULL) == SQLITE_OK && make_tables(b->db, why) &&
@@ -156,7 +168,7 @@ static bool open_base(store *s, const char *where, fault *why) {
 static void close_base(store *s) {
   base *b = s->base;
   if (b == NULL) return;
-  for (int k = 0; k < STATEMENTS; k++) sqlite3_finalize(b->statement[k]);
+  for (int k = 0; k < STATEMENTS_OF_ONE; k++) sqlite3_finalize(b->statement[k]);
   sqlite3_close(b->db);
   free(b);
 }

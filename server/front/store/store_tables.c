@@ -53,6 +53,12 @@ static const struct {
     {"{bytes}", {"BLOB", "BYTEA"}},
     {"{place in}", {"instr", "strpos"}},
     {"{greater of}", {"max", "greatest"}},
+    {"{waiting}", {"", "state = 0 AND holder = '' AND parts = 0"}},
+    {"{alive}",
+     {"",
+      "EXISTS(SELECT 1 FROM daemons WHERE id = jobs.holder AND beat > "
+      "clock_timestamp() - make_interval(secs => :lease))"}},
+    {"{no wait for the disk}", {"", "set_config('synchronous_commit', 'off', true)"}},
 };
 
 /* {columns} is their list, {values} as many parameters, {settings} name = parameter, {definitions}
@@ -65,7 +71,6 @@ static const char schema[] =
     "CREATE INDEX jobs_finished ON jobs(parent, finished) WHERE parent > 0;"
     "CREATE INDEX jobs_active ON jobs(number) WHERE state <= 1;"
     "CREATE INDEX jobs_expires ON jobs(expires) WHERE expires > 0;"
-    "CREATE INDEX jobs_key ON jobs(submitter, key) WHERE key <> '';"
     "CREATE INDEX jobs_digest ON jobs(digest) WHERE digest <> '';"
     "CREATE TABLE calls({number}, job {long}, kind INTEGER, attempts INTEGER, due {real});"
     "CREATE TABLE small(job {long}, kind INTEGER, bytes {bytes}, PRIMARY KEY(job, kind)){compact};"
@@ -77,6 +82,22 @@ static const char schema[] =
     "CREATE TABLE pins(data TEXT, job {long});"
     "CREATE INDEX pins_data ON pins(data);"
     "CREATE INDEX pins_job ON pins(job);";
+
+/* What only several daemons on one database need: there a key is unique because it must be. */
+static const char *const more_schema[DIALECTS] = {
+    [DIALECT_SQLITE] = "CREATE INDEX jobs_key ON jobs(submitter, key) WHERE key <> '';",
+    [DIALECT_POSTGRES] =
+        "CREATE UNIQUE INDEX jobs_key ON jobs(submitter, key) WHERE key <> '';"
+        "CREATE INDEX jobs_waiting ON jobs(priority, submitter, number) WHERE {waiting};"
+        "CREATE INDEX jobs_held ON jobs(holder) WHERE holder <> '';"
+        "CREATE INDEX jobs_batches ON jobs(number) WHERE parts > 0 AND state <= 1;"
+        "CREATE INDEX jobs_parts ON jobs(parent) WHERE parent > 0 AND state <= 1;"
+        "CREATE TABLE daemons(id TEXT PRIMARY KEY, beat TIMESTAMPTZ);"
+        "CREATE TABLE turns(submitter TEXT PRIMARY KEY, last TIMESTAMPTZ);"
+        "CREATE TABLE large(owner TEXT, kind INTEGER, chunk INTEGER, bytes BYTEA, "
+        "PRIMARY KEY(owner, kind, chunk));"
+        "ALTER TABLE large ALTER bytes SET STORAGE EXTERNAL;",
+};
 
 /* Step k makes version k + 1 of version k. */
 static const char *const steps[STORE_VERSION] = {
@@ -164,6 +185,73 @@ static const char *const statements[STATEMENTS] = {
     [REMOVE_DATA] = "DELETE FROM data WHERE id = :id",
     [PIN] = "INSERT INTO pins(data, job) VALUES(:id, :number)",
     [UNPIN] = "DELETE FROM pins WHERE job = :number",
+    [BEAT] =
+        "INSERT INTO daemons(id, beat) VALUES(:holder, clock_timestamp()) ON CONFLICT(id) DO "
+        "UPDATE SET beat = excluded.beat RETURNING CAST(extract(epoch FROM beat) AS {real}), "
+        "{no wait for the disk}",
+    [LEAVE] = "DELETE FROM daemons WHERE id = :holder",
+    [RELEASE] = "UPDATE jobs SET holder = '' WHERE holder = :holder AND state = 0",
+    /* Lanes are the pairs of priority and submitter that wait, found by skipping through an index;
+     * of the lane whose turn it is, the oldest job that nobody else is just taking. */
+    [TAKE] =
+        "WITH RECURSIVE lane(priority, submitter) AS ("
+        "(SELECT priority, submitter FROM jobs WHERE {waiting} "
+        "ORDER BY priority DESC, submitter DESC LIMIT 1) UNION ALL "
+        "SELECT n.priority, n.submitter FROM lane, LATERAL (SELECT priority, submitter FROM jobs "
+        "WHERE {waiting} AND (priority, submitter) < (lane.priority, lane.submitter) "
+        "ORDER BY priority DESC, submitter DESC LIMIT 1) AS n), "
+        "in_turn AS (SELECT priority, submitter FROM lane LEFT JOIN turns USING (submitter) "
+        "ORDER BY priority DESC, last NULLS FIRST), "
+        "taken AS (SELECT j.number, t.submitter FROM in_turn AS t, LATERAL (SELECT number FROM "
+        "jobs WHERE {waiting} AND priority = t.priority AND submitter = t.submitter "
+        "AND (estimate <= :room OR created < :old) ORDER BY number LIMIT 1 "
+        "FOR UPDATE SKIP LOCKED) AS j LIMIT 1), "
+        "turn AS (INSERT INTO turns(submitter, last) SELECT submitter, clock_timestamp() FROM "
+        "taken ON CONFLICT(submitter) DO UPDATE SET last = excluded.last) "
+        "UPDATE jobs SET holder = :holder WHERE number = (SELECT number FROM taken) "
+        "RETURNING {columns}, number, {no wait for the disk}",
+    [WAITING] = "SELECT count(*) FROM jobs WHERE {waiting}",
+    [HELD] = "SELECT {columns}, number FROM jobs WHERE holder = :holder",
+    [RELEASE_DEAD] =
+        "UPDATE jobs SET holder = '' WHERE holder <> '' AND (state <> 1 OR parts > 0) "
+        "AND NOT {alive}",
+    [CLAIM_DEAD] =
+        "UPDATE jobs SET holder = :holder WHERE holder <> '' AND state = 1 AND parts = 0 "
+        "AND NOT {alive}",
+    [FORGET_DEAD] =
+        "DELETE FROM daemons WHERE beat < clock_timestamp() - make_interval(secs => :lease)",
+    [FORGET_TURNS] = "DELETE FROM turns WHERE last < clock_timestamp() - interval '1 day'",
+    [CLAIM] =
+        "UPDATE jobs SET holder = :holder WHERE number = :number AND holder = '' "
+        "AND state = :state",
+    [DONE_BATCHES] =
+        "SELECT {columns}, number FROM jobs AS b WHERE parts > 0 AND state <= 1 AND holder = '' "
+        "AND NOT EXISTS(SELECT 1 FROM jobs AS p WHERE p.parent = b.number AND p.parent > 0 "
+        "AND p.state <= 1) LIMIT 20",
+    [PART_ACTIVE] =
+        "SELECT 1 FROM jobs WHERE parent = :number AND parent > 0 AND state <= 1 LIMIT 1",
+    [PART_PROGRESS] =
+        "SELECT CAST(avg(CASE WHEN state >= 2 THEN 100 ELSE progress END) AS {real}) FROM jobs "
+        "WHERE parent = :number AND parent > 0",
+    [PROGRESS] =
+        "UPDATE jobs SET progress = :progress, message = :message, phase = :phase, "
+        "residual = :residual, updated = :updated WHERE number = :number AND holder = :holder "
+        "AND state = 1 RETURNING {no wait for the disk}",
+    [DISMISS_PARTS] =
+        "UPDATE jobs SET state = 4, holder = '', message = 'dismissed with its batch', "
+        "updated = :now, finished = :now WHERE parent = :number AND parent > 0 AND state <= 1",
+    [TELL] = "SELECT pg_notify('scatterd', :text)",
+    [CLAIM_CALL] =
+        "UPDATE calls SET attempts = :attempts, due = :due WHERE number = :number "
+        "AND attempts = :attempts - 1",
+    [ADD_LARGE] =
+        "INSERT INTO large(owner, kind, chunk, bytes) VALUES(:owner, :kind, :chunk, :bytes) "
+        "ON CONFLICT(owner, kind, chunk) DO UPDATE SET bytes = excluded.bytes",
+    [LARGE] = "SELECT bytes FROM large WHERE owner = :owner AND kind = :kind AND chunk = :chunk",
+    [DROP_LARGE] = "DELETE FROM large WHERE owner = :owner AND (kind = :kind OR :kind < 0)",
+    [REMOVE_LARGE] =
+        "DELETE FROM large WHERE owner IN (SELECT id FROM jobs WHERE number = :number OR "
+        "(parent = :number AND parent > 0))",
 };
 
 static void add(store_text *q, const char *format, ...) __attribute__((format(printf, 2, 3)));
@@ -236,11 +324,13 @@ static bool is_mark(const char *text, const char *mark) {
   return strncmp(text, mark, strlen(mark)) == 0;
 }
 
+static void add_sql(dialect d, const char *template, store_text *q);
+
 /* What stands for the mark at `text`; its length, 0 if there is none. */
 static size_t add_mark(dialect d, store_text *q, const char *text) {
   for (size_t k = 0; k < sizeof words / sizeof *words; k++) {
     if (!is_mark(text, words[k].mark)) continue;
-    add(q, "%s", words[k].word[d]);
+    add_sql(d, words[k].word[d], q);
     return strlen(words[k].mark);
   }
   for (size_t k = 0; k < sizeof lists / sizeof *lists; k++) {
@@ -255,9 +345,7 @@ static size_t add_mark(dialect d, store_text *q, const char *text) {
 }
 
 /* The template in a dialect. */
-static void write_sql(dialect d, const char *template, store_text *q) {
-  q->used = 0;
-  q->names = (store_names){0};
+static void add_sql(dialect d, const char *template, store_text *q) {
   while (*template != '\0') {
     const size_t length = *template == ':' ? add_name(d, q, template) : add_mark(d, q, template);
     if (length == 0) add(q, "%c", *template);
@@ -265,8 +353,15 @@ static void write_sql(dialect d, const char *template, store_text *q) {
   }
 }
 
+static void write_sql(dialect d, const char *template, store_text *q) {
+  q->used = 0;
+  q->names = (store_names){0};
+  add_sql(d, template, q);
+}
+
 void store_write_schema(dialect d, store_text *q) {
   write_sql(d, schema, q);
+  add_sql(d, more_schema[d], q);
 }
 
 void store_write_step(dialect d, int from, store_text *q) {
