@@ -66,6 +66,7 @@ typedef struct {
   double residual; /* of the iteration in that phase, 0 if not known */
   job *active;     /* NULL if it is over */
   int64_t event;   /* id of its newest event, 0 if none is kept */
+  bool elsewhere;  /* another daemon may have it: what happened before is not known here */
 } job_view;
 
 /* A stored job as it is now. */
@@ -140,6 +141,8 @@ job_counts jobs_counts(const jobs *j);
 /* Who is told when there may be a call to a subscriber to be made. */
 void jobs_on_change(jobs *j, void (*changed)(void *self), void *self);
 
-double unix_now(void); /* seconds since 1970 */
+/* Seconds since 1970, by the clock of the database if that is shared; this clock is put forward. */
+double unix_now(void);
+void unix_shift(double seconds);
 
 #endif

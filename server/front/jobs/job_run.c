@@ -9,7 +9,7 @@
 #include <sys/sendfile.h>
 #include <unistd.h>
 
-#include "job_inner.h"
+#include "job_shared.h"
 #include "log.h"
 #include "problem.h"
 
@@ -56,7 +56,7 @@ void job_advance(job *c, double fraction) {
   c->row.updated = unix_now();
   if (more) job_tell(c, JOB_EVENT_PROGRESS);
   job *batch = c->batch;
-  if (batch == NULL || batch->row.parts == 0) return;
+  if (batch == NULL || batch->row.parts == 0 || c->all->shared != NULL) return;
   batch->sum += step;
   if (advance_row(batch, batch->sum / batch->row.parts)) {
     batch->row.updated = c->row.updated;
@@ -144,8 +144,21 @@ static void end_refused(job *c, const pool_outcome *o) {
                *o->detail != '\0' ? o->detail : problem_phrase(o->status));
 }
 
+static void end_crashed(job *c, const pool_outcome *o) {
+  if (c->row.attempts >= c->all->set->job_attempts) {
+    job_fail(c, 500, "the worker died%s%s in %d attempts (limit: job-attempts)",
+             *o->phase != '\0' ? " in phase " : "", o->phase, c->row.attempts);
+    return;
+  }
+  retreat(c);
+  job_become(c, JOB_ACCEPTED, "waits again: the worker died in attempt %d", c->row.attempts);
+  (void)job_enqueue(c, true);
+}
+
 static void end_replied(job *c, const pool_outcome *o) {
-  if (o->status != 200) {
+  if (o->status == 503 && c->all->shared != NULL) { /* it wanted values, the database was down */
+    end_crashed(c, o);
+  } else if (o->status != 200) {
     end_refused(c, o);
   } else if (!job_files_keep(c, JOB_RESULT, o->fd, o->size)) {
     const bool full = errno == ENOSPC || errno == EDQUOT;
@@ -169,17 +182,6 @@ static void end_memory(job *c, const pool_outcome *o) {
 static void end_time(job *c, const pool_outcome *o) {
   job_fail(c, 504, "the solve was stopped%s%s after %g s (limit: job-seconds)",
            *o->phase != '\0' ? " in phase " : "", o->phase, c->all->set->job_seconds);
-}
-
-static void end_crashed(job *c, const pool_outcome *o) {
-  if (c->row.attempts >= c->all->set->job_attempts) {
-    job_fail(c, 500, "the worker died%s%s in %d attempts (limit: job-attempts)",
-             *o->phase != '\0' ? " in phase " : "", o->phase, c->row.attempts);
-    return;
-  }
-  retreat(c);
-  job_become(c, JOB_ACCEPTED, "waits again: the worker died in attempt %d", c->row.attempts);
-  (void)job_enqueue(c, true);
 }
 
 /* The daemon stops; this attempt does not count. */
@@ -232,6 +234,7 @@ static bool start(job *c) {
   static const pool_calls calls = {done, heard};
   ipc_ask ask = ask_of(c);
   c->body = open_request(c);
+  if (c->body < 0 && errno == EHOSTDOWN) return false;
   if (c->body < 0) {
     job_fail(c, 500, "its request cannot be read: %s", strerror(errno));
     return true;
@@ -250,7 +253,9 @@ static bool start(job *c) {
   c->row.residual = 0;
   job_become(c, JOB_RUNNING, "runs, attempt %d", c->row.attempts);
   job *batch = c->batch;
-  if (batch != NULL && batch->row.state == JOB_ACCEPTED) {
+  if (batch != NULL && c->all->shared != NULL) {
+    job_shared_begin_batch(batch);
+  } else if (batch != NULL && batch->row.state == JOB_ACCEPTED) {
     job_become(batch, JOB_RUNNING, "runs, %d parts", batch->row.parts);
   }
   return true;
@@ -260,6 +265,10 @@ void jobs_schedule(void *self) {
   jobs *j = self;
   while (!j->stopped && pool_has_room(j->pool)) {
     job *c = job_queue_take(j->queue, fits, j);
+    if (c == NULL && job_queue_length(j->queue) == 0 && j->shared != NULL &&
+        job_shared_take(j->shared)) {
+      c = job_queue_take(j->queue, fits, j);
+    }
     if (c == NULL) return;
     if (start(c)) continue;
     (void)job_enqueue(c, true);
@@ -296,6 +305,10 @@ void job_end_batch(job *batch) {
 
 void job_part_ended(job *part) {
   job *batch = part->batch;
+  if (part->all->shared != NULL) {
+    job_shared_part_ended(part);
+    return;
+  }
   if (batch == NULL || job_state_is_final((job_state)batch->row.state)) return;
   job_advance(part, 1);
   batch->ended++;

@@ -22,6 +22,7 @@ typedef enum {
   DATA_OTHER,  /* ... but as another media type */
   DATA_QUOTA,  /* no room within data-bytes */
   DATA_FULL,   /* no room on the disk */
+  DATA_DOWN,   /* the database does not answer */
   DATA_FAILED, /* the log knows */
 } data_result;
 
@@ -35,7 +36,7 @@ store_result data_find(data_store *d, const char *id, data_row *row);
 /* Opens the bytes of an object for reading; -1 with errno. */
 int data_open(data_store *d, const data_row *row);
 
-/* STORE_FULL: a job needs it. */
+/* STORE_FULL: a job needs it; STORE_NONE: it has gone. */
 store_result data_drop(data_store *d, const data_row *row);
 
 #endif

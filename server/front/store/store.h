@@ -135,14 +135,14 @@ store_result store_drop_small(store *s, int64_t job, int which);
 
 /* ---- Large bytes within a shared store, by owner (id of a job or of data) and kind ---- */
 
-/* Takes the place of what was there; not within a transaction of its own. */
+/* Takes the place of what was there; no transaction of its own. */
 store_result store_add_large(store *s, const char *owner, int kind, int fd, size_t size);
 
 /* A nameless file with them; -1 with errno. */
 int store_open_large(store *s, const char *owner, int kind);
 
-/* Forgets those of one kind, -1: all. */
-store_result store_drop_large(store *s, const char *owner, int kind);
+/* Forgets those of the kinds from `least` to `most`. */
+store_result store_drop_large(store *s, const char *owner, int least, int most);
 
 /* What a failure is called there. */
 int store_errno(store_result result);
@@ -176,6 +176,7 @@ bool store_data_is_pinned(store *s, const char *id);
 store_result store_data_expired(store *s, double now, char id[DATA_ID]);
 double store_data_first_expiry(store *s);
 
-store_result store_data_remove(store *s, const char *id);
+/* Removes one that expires at `most`; STORE_NONE if it does not, by now. */
+store_result store_data_remove(store *s, const char *id, double most);
 
 #endif

@@ -12,7 +12,7 @@ enum { PIECE = 1 << 20 };
 
 store_result store_add_large(store *s, const char *owner, int which, int fd, size_t size) {
   char *piece = malloc(PIECE);
-  store_result result = store_drop_large(s, owner, which);
+  store_result result = store_drop_large(s, owner, which, which);
   if (piece == NULL) result = STORE_FAILED;
   for (size_t at = 0, k = 0; at < size && result == STORE_OK; k++) {
     const size_t length = size - at < PIECE ? size - at : PIECE;
@@ -64,9 +64,10 @@ int store_open_large(store *s, const char *owner, int which) {
   return -1;
 }
 
-store_result store_drop_large(store *s, const char *owner, int which) {
+store_result store_drop_large(store *s, const char *owner, int least, int most) {
   sql_text(s, DROP_LARGE, ":owner", owner);
-  sql_long(s, DROP_LARGE, ":kind", which);
+  sql_long(s, DROP_LARGE, ":least", least);
+  sql_long(s, DROP_LARGE, ":most", most);
   return sql_run(s, DROP_LARGE);
 }
 

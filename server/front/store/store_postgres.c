@@ -19,7 +19,7 @@
 #include "store_sql.h"
 #include "utf8.h"
 
-enum { PARAMETERS = 48, NEWS = 1000, SESSION_LOCK = 84808480 };
+enum { PARAMETERS = 48, NEWS = 1000 };
 static const double patience = 5;      /* (s) for a statement; the server gives up a bit earlier */
 static const double pause_seconds = 1; /* between attempts to connect */
 static const double connecting = 10;   /* (s) for one attempt */
@@ -465,6 +465,10 @@ static char *hear(store *s) {
   return text;
 }
 
+static bool has_news(const store *s) {
+  return base_of(s)->first != NULL;
+}
+
 const store_door store_postgres = {
     .dialect = DIALECT_POSTGRES,
     .shared = true,
@@ -485,4 +489,5 @@ const store_door store_postgres = {
     .tend = tend,
     .descriptor = descriptor,
     .hear = hear,
+    .has_news = has_news,
 };

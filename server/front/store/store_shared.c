@@ -25,6 +25,10 @@ char *store_hear(store *s) {
   return s->door->hear(s);
 }
 
+bool store_has_news(const store *s) {
+  return s->door->has_news(s);
+}
+
 /* A statement that gives one row of no interest. */
 static store_result run_one(store *s, statement k) {
   const store_result result = sql_step(s, k);

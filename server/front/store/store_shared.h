@@ -23,6 +23,10 @@ int store_descriptor(const store *s, int *generation);
 /* Something another daemon told, malloc'ed; NULL for no more. */
 char *store_hear(store *s);
 
+/* Is there something that came while a statement was waited for, so that the descriptor is silent?
+ */
+bool store_has_news(const store *s);
+
 /* Tells the others, with the transaction if there is one. Less than 8000 bytes. */
 store_result store_tell(store *s, const char *text);
 

@@ -27,10 +27,11 @@ typedef struct {
   double (*get_real)(store *s, statement k, int c);
   const void *(*get_bytes)(store *s, statement k, int c, size_t *size); /* text, too */
   bool (*is_open)(const store *s); /* is there a transaction? */
-  /* if shared; as store_tend, store_descriptor, store_hear */
+  /* if shared; as store_tend, store_descriptor, store_hear, store_has_news */
   bool (*tend)(store *s);
   int (*descriptor)(const store *s, int *generation);
   char *(*hear)(store *s);
+  bool (*has_news)(const store *s);
 } store_door;
 
 extern const store_door store_sqlite, store_postgres;

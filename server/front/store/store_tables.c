@@ -57,7 +57,8 @@ static const struct {
     {"{alive}",
      {"",
       "EXISTS(SELECT 1 FROM daemons WHERE id = jobs.holder AND beat > "
-      "clock_timestamp() - make_interval(secs => :lease))"}},
+      "clock_timestamp() - make_interval(secs => :lease)) "
+      "OR pg_postmaster_start_time() > clock_timestamp() - make_interval(secs => :lease)"}},
     {"{no wait for the disk}", {"", "set_config('synchronous_commit', 'off', true)"}},
 };
 
@@ -182,7 +183,7 @@ static const char *const statements[STATEMENTS] = {
         "SELECT id FROM data WHERE expires <= :now AND NOT EXISTS(SELECT 1 FROM pins JOIN "
         "jobs ON number = job WHERE pins.data = data.id AND state <= 1) LIMIT 1",
     [DATA_FIRST_EXPIRY] = "SELECT min(expires) FROM data",
-    [REMOVE_DATA] = "DELETE FROM data WHERE id = :id",
+    [REMOVE_DATA] = "DELETE FROM data WHERE id = :id AND expires <= :most",
     [PIN] = "INSERT INTO pins(data, job) VALUES(:id, :number)",
     [UNPIN] = "DELETE FROM pins WHERE job = :number",
     [BEAT] =
@@ -214,10 +215,10 @@ static const char *const statements[STATEMENTS] = {
     [HELD] = "SELECT {columns}, number FROM jobs WHERE holder = :holder",
     [RELEASE_DEAD] =
         "UPDATE jobs SET holder = '' WHERE holder <> '' AND (state <> 1 OR parts > 0) "
-        "AND NOT {alive}",
+        "AND NOT ({alive})",
     [CLAIM_DEAD] =
         "UPDATE jobs SET holder = :holder WHERE holder <> '' AND state = 1 AND parts = 0 "
-        "AND NOT {alive}",
+        "AND NOT ({alive})",
     [FORGET_DEAD] =
         "DELETE FROM daemons WHERE beat < clock_timestamp() - make_interval(secs => :lease)",
     [FORGET_TURNS] = "DELETE FROM turns WHERE last < clock_timestamp() - interval '1 day'",
@@ -248,7 +249,7 @@ static const char *const statements[STATEMENTS] = {
         "INSERT INTO large(owner, kind, chunk, bytes) VALUES(:owner, :kind, :chunk, :bytes) "
         "ON CONFLICT(owner, kind, chunk) DO UPDATE SET bytes = excluded.bytes",
     [LARGE] = "SELECT bytes FROM large WHERE owner = :owner AND kind = :kind AND chunk = :chunk",
-    [DROP_LARGE] = "DELETE FROM large WHERE owner = :owner AND (kind = :kind OR :kind < 0)",
+    [DROP_LARGE] = "DELETE FROM large WHERE owner = :owner AND kind BETWEEN :least AND :most",
     [REMOVE_LARGE] =
         "DELETE FROM large WHERE owner IN (SELECT id FROM jobs WHERE number = :number OR "
         "(parent = :number AND parent > 0))",
