@@ -136,6 +136,7 @@ class Daemon:
         self.log = []
         if store is None and shares_store():
             store = database(os.path.basename(self.directory))
+        self.store = store
         shared = ["--store", store, "--lease-seconds", "3"] if store else []
         self.process = subprocess.Popen(
             [program(stub), "--listen", listen, "--data-dir", self.data, *shared, *options],
@@ -155,6 +156,14 @@ class Daemon:
     @property
     def data(self):
         return os.path.join(self.directory, "data")
+
+    def files(self):
+        """Names of the files of jobs, JOB.KIND, or what they would be called if they are rows."""
+        if self.store:
+            kinds = "(ARRAY['request', 'checkpoint', 'result'])[kind + 1]"
+            return _server.sql(f"SELECT DISTINCT owner || '.' || {kinds} FROM large WHERE "
+                               "length(owner) = 32 ORDER BY 1", os.path.basename(self.directory))
+        return sorted(os.listdir(os.path.join(self.data, "jobs")))
 
     def _read_log(self):
         for line in self.process.stderr:
