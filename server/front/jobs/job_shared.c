@@ -15,6 +15,7 @@ enum { NOTICE = 7800 /* a NOTIFY takes 8000 bytes */, ADOPTED = 64 };
 
 static const double tick_seconds = 1;    /* between looks at what is ours and watched */
 static const double retry_seconds = 0.1; /* while there is no connection */
+static const double count_seconds = 0.1; /* between counts of what waits while that is too much */
 static const double old_seconds = 60; /* a job that waits longer is taken even if it needs to wait
                                        * for memory here */
 static const double beats = 5, burials = 3; /* per lease */
@@ -27,6 +28,7 @@ struct job_shared {
   double tick, beat, burial; /* when they are due, by loop_now */
   bool more;                 /* there may be jobs to take */
   int64_t waiting;
+  double counted; /* when it was, by loop_now */
   unsigned round; /* of looks at what is ours */
 };
 
@@ -225,8 +227,18 @@ void job_shared_release(job *c) {
 
 /* ---- Queue ---- */
 
-int64_t job_shared_waiting(const job_shared *h) {
-  return h->waiting + (int64_t)job_queue_length(h->all->queue);
+static void count(job_shared *h) {
+  const int64_t waiting = store_waiting(h->all->store);
+  if (waiting >= 0) h->waiting = waiting;
+  h->counted = loop_now();
+}
+
+/* Before somebody is refused it is counted again. */
+int64_t job_shared_waiting(job_shared *h) {
+  const int64_t own = (int64_t)job_queue_length(h->all->queue);
+  const bool is_full = h->waiting + own >= h->all->set->job_queue;
+  if (is_full && loop_now() > h->counted + count_seconds) count(h);
+  return h->waiting + own;
 }
 
 void job_shared_more(job_shared *h, int64_t count) {
@@ -332,6 +344,7 @@ store_result job_shared_dismiss(jobs *j, const job_row *row, job_view *view) {
   job *c = result == STORE_OK ? job_find(j, row->id) : NULL;
   if (c != NULL) check(c, h->id);
   if (next.parts > 0) h->tick = 0;
+  h->counted = 0;
   return result == STORE_NONE ? STORE_FAILED : result;
 }
 
@@ -485,9 +498,8 @@ static void tick(job_shared *h) {
   for (size_t k = 0; k < sizeof steps / sizeof *steps && store_is_up(h->all->store); k++) {
     steps[k](h);
   }
-  const int64_t waiting = store_waiting(h->all->store);
-  if (waiting >= 0) h->waiting = waiting;
-  h->more = waiting > 0;
+  count(h);
+  h->more = h->waiting > 0;
   h->tick = loop_now() + tick_seconds;
 }
 

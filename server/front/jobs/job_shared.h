@@ -25,8 +25,8 @@ void job_shared_run(job_shared *h);
 
 /* ---- Queue ---- */
 
-/* Jobs that wait, on all daemons, as of about a second ago. */
-int64_t job_shared_waiting(const job_shared *h);
+/* Jobs that wait, on all daemons: as of about a second ago, of 0.1 s if the queue seems full. */
+int64_t job_shared_waiting(job_shared *h);
 
 /* There may be more to take; so many of our own. */
 void job_shared_more(job_shared *h, int64_t count);
