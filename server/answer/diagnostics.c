@@ -230,3 +230,14 @@ void diagnostics_write(emit *e, const diagnostics *d) {
   if (d->system) write_system(e, d);
   emit_end(e);
 }
+
+void emit_norms(emit *e, const sct_norms *norms) {
+  emit_object(e);
+  member_number(e, "l1", norms->l1);
+  member_number(e, "l2", norms->l2);
+  member_number(e, "linf", norms->linf);
+  member_number(e, "l2_relative", norms->l2_relative);
+  member_number(e, "linf_all", norms->linf_all);
+  member_integer(e, "points", norms->points);
+  emit_end(e);
+}

@@ -44,4 +44,7 @@ void diagnostics_of_fields(const double *velocity, const double *diffusivity, in
 
 void diagnostics_write(emit *e, const diagnostics *d);
 
+/* {"l1","l2","linf","l2_relative","linf_all","points"} */
+void emit_norms(emit *e, const sct_norms *norms);
+
 #endif

@@ -14,10 +14,10 @@ async function violations(page) {
 }
 
 const views = {
-  catalogue: ['', (page) => page.getByRole('heading', { name: 'A boundary layer' }).waitFor()],
+  catalogue: ['', (page) => page.getByRole('heading', { name: 'A boundary layer', exact: true }).waitFor()],
   problem: [linkTo('solve', heat, { go: '1' }), (page) => drawn(page, 441)],
   study: ['#run/study?study=gartland&go=1', (page) => page.getByRole('img', { name: 'Error over mesh size' }).waitFor()],
-  jobs: ['#jobs', (page) => page.getByRole('heading', { name: 'Jobs' }).waitFor()],
+  jobs: ['#jobs', (page) => page.getByRole('heading', { name: 'Jobs', exact: true }).waitFor()],
 };
 
 for (const colorScheme of ['light', 'dark']) {
@@ -41,7 +41,7 @@ test('a narrow screen needs no scrolling to the side', () => withPage(async ({ p
 
 test('a problem is posed and solved without a mouse', () => withPage(async ({ page, daemon }) => {
   await page.goto(daemon.url);
-  await page.getByRole('heading', { name: 'A boundary layer' }).waitFor();
+  await page.getByRole('heading', { name: 'A boundary layer', exact: true }).waitFor();
   await page.keyboard.press('Tab');
   await page.keyboard.press('Enter'); // skip to the content
   assert.equal(await page.evaluate(() => document.activeElement.textContent), 'A front carried round a bend');

@@ -15,7 +15,7 @@ test('the catalogue appears, within the budget', () => withPage(async ({ page, d
   });
   const began = Date.now();
   await page.goto(daemon.url);
-  await page.getByRole('heading', { name: 'A front carried round a bend' }).waitFor();
+  await page.getByRole('heading', { name: 'A front carried round a bend', exact: true }).waitFor();
   const seen = Date.now() - began;
   await page.waitForLoadState('networkidle');
   assert.equal(await page.locator('.case').count(), 6);

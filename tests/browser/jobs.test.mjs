@@ -13,7 +13,7 @@ async function submit(page, url, inputs) {
 test('a job is followed to its result, which a link brings back', () => withPage(async ({ page, daemon }) => {
   await submit(page, daemon.url, { ...heat, time: { ...heat.time, step: 2e-5 } });
   await drawn(page, 441);
-  await page.getByRole('link', { name: 'Jobs' }).click();
+  await page.getByRole('link', { name: 'Jobs', exact: true }).click();
   await page.locator('.status-successful').waitFor();
   await page.locator('.job-list a').first().click();
   await page.getByRole('img', { name: /Solution on 441 points/ }).waitFor();
@@ -31,7 +31,7 @@ test('progress is shown, and a long job cancelled', () => withPage(async ({ page
   assert.equal(jobs[0].status, 'running');
   await page.getByRole('button', { name: 'Cancel' }).first().click();
   await page.getByRole('button', { name: 'Solve', exact: true }).waitFor();
-  await page.getByRole('link', { name: 'Jobs' }).click();
+  await page.getByRole('link', { name: 'Jobs', exact: true }).click();
   await page.locator('.status-dismissed').waitFor();
 }));
 

@@ -31,7 +31,7 @@ const distance = (a, b) => Math.max(...a.map((value, k) => Math.abs(value - b[k]
 test('Smith-Hutton: the colours are those of the solution', () => withPage(async ({ page, daemon }) => {
   await page.goto(daemon.url);
   const asked = page.waitForResponse(/execution/);
-  await page.getByRole('link', { name: 'A front carried round a bend' }).click();
+  await page.getByRole('link', { name: 'A front carried round a bend', exact: true }).click();
   const request = (await asked).request();
   await drawn(page, 81 * 41);
   await page.waitForTimeout(500);

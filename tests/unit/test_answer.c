@@ -212,6 +212,12 @@ static void test_bad_bodies(void **state) {
   a = ask_all(&question);
   assert_int_equal(400, a.raw.status);
   asked_clear(&a);
+  most = asking_limits();
+  most.expression_work = 80; /* of 81 points, with an operation each */
+  a = ask_all(&question);
+  assert_int_equal(400, a.raw.status);
+  assert_non_null(strstr(at_pointer(a.root, "/errors/0/detail")->text, "more than 80 together"));
+  asked_clear(&a);
 }
 
 /* Shuffling the points of a cloud, with its groups, normals and fields, shuffles the answer. */

@@ -67,13 +67,13 @@ typedef enum { SCT_WEIGHT_LIST(SCT_NAME_ENUM) SCT_WEIGHT_COUNT } sct_weight;
 #undef SCT_NAME_ENUM
 
 /* Name of a value, NULL out of range; find returns the COUNT if there is none of that name. */
-const char *sct_scheme_name(sct_scheme scheme);
+const char *sct_scheme_name(sct_scheme value);
 sct_scheme sct_scheme_find(const char *name);
-const char *sct_upwind_name(sct_upwind upwind);
+const char *sct_upwind_name(sct_upwind value);
 sct_upwind sct_upwind_find(const char *name);
-const char *sct_density_name(sct_density density);
+const char *sct_density_name(sct_density value);
 sct_density sct_density_find(const char *name);
-const char *sct_weight_name(sct_weight weight);
+const char *sct_weight_name(sct_weight value);
 sct_weight sct_weight_find(const char *name);
 
 typedef struct {
@@ -103,8 +103,10 @@ typedef struct sct_stencil sct_stencil; /* opaque: cloud, lists, operator and th
 
 /* Prepares the rows of `op` on a cloud of spacing h: finds the neighbours within op->radius * h.
  * A distance within 1e-10 of the support counts as outside, so that a lattice point at 2 h is not
- * in or out by rounding. Borrows the cloud and the search. *stencil is NULL on failure.
- * SCT_E_ARGUMENT, SCT_E_LIMIT (more than `limit` neighbours), SCT_E_MEMORY. Proof: unit.stencil */
+ * in or out by rounding. Lists are ascending: a row is the same to the last bit whatever search
+ * found its neighbours, and in any part of the cloud that has them all. Borrows the cloud and the
+ * search. *stencil is NULL on failure. SCT_E_ARGUMENT, SCT_E_LIMIT (more than `limit` neighbours),
+ * SCT_E_MEMORY. Proof: unit.stencil */
 SCT_NODISCARD sct_status sct_stencil_build(const sct_cloud *cloud, const sct_search *search,
                                            double spacing, const sct_operator *op, int64_t limit,
                                            const sct_work *work, sct_stencil **stencil,
@@ -114,6 +116,11 @@ const sct_lists *sct_stencil_lists(const sct_stencil *stencil);
 const sct_cloud *sct_stencil_cloud(const sct_stencil *stencil);
 const sct_operator *sct_stencil_operator(const sct_stencil *stencil);
 double sct_stencil_spacing(const sct_stencil *stencil);
+
+/* From now on sct_stencil_row notes in reach [n] (length), zeroes before, the widest support that
+ * it looked at for the row of a point: the row depends on nothing farther away. NULL: no more.
+ * Proof: verify.partition */
+void sct_stencil_note_reach(sct_stencil *stencil, double *reach);
 
 /* What to compute of a row. SCT_ROW_SOLVE says that the Laplacian is to be solved with, which is
  * asked more of than one to be evaluated; a normal derivative always is. */

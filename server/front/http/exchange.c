@@ -14,6 +14,8 @@ exchange *exchange_new(const char *target) {
   if (x == NULL) return NULL;
   x->body = SPOOL_EMPTY;
   x->reply.fd = -1;
+  x->body_most = INT64_MAX;
+  x->most = token_unlimited;
   x->target = strdup(target);
   x->path = strdup("");
   if (x->target == NULL || x->path == NULL) exchange_free(&x);

@@ -9,6 +9,7 @@
 #ifndef SCATTERD_HTTP_H
 #define SCATTERD_HTTP_H
 
+#include "admit.h"
 #include "exchange.h"
 #include "fault.h"
 #include "loop.h"
@@ -27,10 +28,9 @@ typedef struct {
   void (*end)(void *self, exchange *x);
 } http_handler;
 
-/* Serves the socket `listener`, which stays the caller's. `host` is what links say for a client
- * that names no Host. */
-http *http_new(loop *l, const parameters *set, int listener, const char *host,
-               const http_handler *handler, fault *why);
+/* Serves the socket of a place, which stays the caller's. */
+http *http_new(loop *l, const parameters *set, const http_place *place, const http_handler *handler,
+               fault *why);
 
 /* Ends all connections. No reply may be pending. */
 void http_free(http **h);

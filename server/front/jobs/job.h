@@ -55,6 +55,13 @@ store_result jobs_add_answered(jobs *j, const job_order *order, const job_row *o
 int64_t jobs_room(const jobs *j);
 int jobs_retry_after(const jobs *j);
 
+/* How many jobs of a submitter are not over, each request of a batch being one. */
+int64_t jobs_of(const jobs *j, const char *submitter);
+
+/* Who lowers what a run may use by what its submitter may. */
+void jobs_on_ask(jobs *j, void (*narrow)(void *self, const char *submitter, ipc_ask *ask),
+                 void *self);
+
 /* Most memory (bytes) that one job may be estimated to need. */
 int64_t jobs_most_memory(const jobs *j);
 
@@ -72,7 +79,8 @@ typedef struct {
 /* A stored job as it is now. */
 job_view jobs_view(jobs *j, const job_row *row);
 
-store_result jobs_find(jobs *j, const char *id, job_view *view);
+/* A job of `owner`, of anybody if that is ""; STORE_NONE for those of others, too. */
+store_result jobs_find(jobs *j, const char *owner, const char *id, job_view *view);
 
 /* Those a filter shows, as they are now. */
 store_result jobs_list(jobs *j, const store_filter *f, store_visit *visit, void *context);
@@ -141,8 +149,12 @@ job_counts jobs_counts(const jobs *j);
 /* Who is told when there may be a call to a subscriber to be made. */
 void jobs_on_change(jobs *j, void (*changed)(void *self), void *self);
 
-/* Seconds since 1970, by the clock of the database if that is shared; this clock is put forward. */
+/* Seconds since 1970. Daemons that share a database go by its clock, which is `offset` ahead of
+ * loop_now: so nobody's setting of a time of day makes results expire. */
 double unix_now(void);
-void unix_shift(double seconds);
+void unix_follow(double offset);
+
+/* The time of day was set by so many seconds, and the dates of the store with it (clock.h). */
+void jobs_shift(jobs *j, double by);
 
 #endif

@@ -83,6 +83,7 @@ int job_files_open(jobs *j, const job_row *row, job_file kind) {
   char name[64];
   size_t size = 0;
   void *bytes = store_small(j->store, row->number, (int)kind, &size);
+  if (bytes == NULL && errno != ENOENT) return -1;
   if (bytes == NULL && store_is_shared(j->store)) return store_open_large(j->store, row->id, kind);
   if (bytes == NULL) {
     name_file(row, kind, name);

@@ -5,6 +5,7 @@
 
 #include "job.h"
 #include "job_queue.h"
+#include "job_tally.h"
 
 typedef struct {
   int64_t last; /* id */
@@ -30,6 +31,7 @@ struct job {
   queue_node node;      /* while it waits */
   pool_task *task;      /* while it runs */
   int body, checkpoint; /* descriptors while it runs */
+  double seconds;       /* that its run may take */
   double fraction;      /* of the work, never falls within a run */
   /* batch */
   job *batch;           /* the job it is part of */
@@ -65,11 +67,13 @@ struct jobs {
   const parameters *set;
   pool *pool;
   store *store;
-  void *by_id; /* tsearch */
+  void *by_id;     /* tsearch */
+  job_tally tally; /* of those in memory, batches by their parts */
   job_queue *queue;
   struct job_shared *shared; /* NULL: no other daemon has jobs here */
   job *changed, **last_changed;
   double retry;  /* when to try again to store what could not be */
+  double pause;  /* until when none is started, INFINITY: no pause */
   double expiry; /* when the next result expires, by unix_now */
   int64_t budget;
   double last; /* newest `finished`: no two are equal */
@@ -78,6 +82,8 @@ struct jobs {
   job_counts counts;
   void (*told)(void *self);
   void *told_self;
+  void (*narrow)(void *self, const char *submitter, ipc_ask *ask); /* NULL: nobody does */
+  void *narrow_self;
 };
 
 /* job.c */
@@ -86,6 +92,7 @@ void job_free(job *c);
 job *job_find(jobs *j, const char *id);
 void job_become(job *c, job_state state, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
+void job_touch(job *c);                     /* it is updated; never earlier than it was */
 void job_tell(job *c, job_event_kind kind); /* an event, and everybody who watches */
 job_view job_look(const job *c);
 
@@ -103,7 +110,7 @@ void job_save(job *c); /* at the end of this round */
 void jobs_flush(jobs *j);
 
 /* job_run.c */
-void jobs_schedule(void *jobs); /* starts what may start */
+void jobs_schedule(void *self); /* starts what may start */
 void job_fail(job *c, int status, const char *format, ...) __attribute__((format(printf, 3, 4)));
 void job_advance(job *c, double fraction);
 void job_part_ended(job *part); /* its batch is told; once it is stored */
@@ -113,7 +120,7 @@ void job_stop(job *c); /* off the queue or off its worker */
 
 /* job_recover.c */
 void job_wait_again(job *c);  /* its run ended with a daemon */
-void job_count_parts(job *c); /* of a batch; ends it if all are over */
+bool job_count_parts(job *c); /* of a batch; ends it if all are over. False: they cannot be read */
 bool jobs_recover(jobs *j, fault *why);
 void jobs_expire(jobs *j);
 

@@ -18,6 +18,7 @@ enum { LIMIT = 10, LIMIT_MOST = 10000 };
 
 typedef struct {
   const service *service;
+  const exchange *x;
   store_filter filter;
 } query;
 
@@ -106,7 +107,7 @@ static bool read_most(query *q, const char *text, const char **needs) {
 static bool read_parent(query *q, const char *text, const char **needs) {
   job_view view;
   *needs = "the id of a batch";
-  if (jobs_find(q->service->jobs, text, &view) != STORE_OK) return false;
+  if (jobs_find(q->service->jobs, q->x->owner, text, &view) != STORE_OK) return false;
   q->filter.has_parent = true;
   q->filter.parent = view.row.number;
   return true;
@@ -221,7 +222,9 @@ static void reply_emitted(exchange *x, emit *e) {
 
 void job_list_serve(const service *s, exchange *x) {
   query q = {.service = s,
-             .filter = {.states = ~0u,
+             .x = x,
+             .filter = {.owner = x->owner,
+                        .states = ~0u,
                         .created_most = INFINITY,
                         .seconds_most = INFINITY,
                         .now = unix_now(),

@@ -289,7 +289,7 @@ static void end_batch(jobs *j, const job_row *row) {
   if (batch == NULL || !batch->elsewhere) return;
   batch->row = *row;
   if (!claim(batch)) return;
-  job_count_parts(batch);
+  (void)job_count_parts(batch);
   if (!batch->changed) give_back(batch);
 }
 
@@ -465,10 +465,10 @@ static void look_at_held(job_shared *h) {
 
 static void beat(job_shared *h) {
   double now = 0;
-  const double before = unix_now();
+  const double before = loop_now();
   if (loop_now() < h->beat || store_beat(h->all->store, h->id, &now) != STORE_OK) return;
   h->beat = loop_now() + h->all->set->lease_seconds / beats;
-  unix_shift(now - (before + unix_now()) / 2);
+  unix_follow(now - (before + loop_now()) / 2);
 }
 
 static void bury(job_shared *h) {

@@ -13,6 +13,7 @@
 #include "job_queue.h"
 #include "job_status.h"
 #include "outcome.h"
+#include "quota.h"
 #include "rendering.h"
 #include "submitter.h"
 
@@ -175,7 +176,7 @@ static bool fits(submission *b, const frames *f, int64_t estimate) {
     exchange_refuse(b->x, 429, "%lld jobs wait already (limit: job-queue)",
                     (long long)(b->service->set->job_queue - jobs_room(j)));
   } else {
-    return true;
+    return quota_allows(b->service, b->x, parts);
   }
   return false;
 }
@@ -188,7 +189,8 @@ static bool find_answer(const submission *b, const job_order *o, job_row *other)
   if (s->set->reuse_results == 0 || !o->row.reusable) return false;
   if (cache != NULL && strstr(cache, "no-cache") != NULL) return false;
   const double until = unix_now() + s->set->result_seconds / 2;
-  return store_by_digest(jobs_store(s->jobs), b->extra.digest, until, other) == STORE_OK;
+  return store_by_digest(jobs_store(s->jobs), b->x->owner, b->extra.digest, until, other) ==
+         STORE_OK;
 }
 
 /* Processes whose answers depend on more than the request: on time. */
@@ -303,7 +305,7 @@ submission *submit_new(const service *s, exchange *x, const prefer *p, const ipc
   b->wait.enough = is_over;
   b->wait.over = waited;
   b->wait.self = b;
-  if (take_digest(b) && check_key(b) && has_room(b)) ask_check(b);
+  if (take_digest(b) && check_key(b) && has_room(b) && quota_allows(s, x, 1)) ask_check(b);
   if (x->reply.status == 0) return b;
   submit_free(&b);
   return NULL;

@@ -96,6 +96,11 @@ int64_t store_waiting(store *s) {
   return (int64_t)sql_number_of(s, WAITING, -1);
 }
 
+int64_t store_active_of(store *s, const char *submitter) {
+  sql_text(s, ACTIVE_OF, ":submitter", submitter);
+  return (int64_t)sql_number_of(s, ACTIVE_OF, 0);
+}
+
 store_result store_progress(store *s, const job_row *row) {
   sql_long(s, PROGRESS, ":progress", row->progress);
   sql_text(s, PROGRESS, ":message", row->message);

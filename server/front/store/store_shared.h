@@ -57,6 +57,9 @@ store_result store_held(store *s, const char *holder, store_visit *visit, void *
 /* How many wait for a holder; -1 if that cannot be read. */
 int64_t store_waiting(store *s);
 
+/* How many jobs of a submitter are not over, batches by their parts. */
+int64_t store_active_of(store *s, const char *submitter);
+
 /* Progress, message, phase and residual of a running job; STORE_NONE if row->holder has it no more.
  */
 store_result store_progress(store *s, const job_row *row);

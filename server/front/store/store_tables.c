@@ -78,7 +78,7 @@ static const char schema[] =
     "CREATE TABLE log({line definition}job {long}, time {real}, text TEXT);"
     "CREATE INDEX log_job ON log(job);"
     "CREATE TABLE data(id TEXT PRIMARY KEY, type TEXT, size {long}, created {real}, expires "
-    "{real});"
+    "{real}, owner TEXT DEFAULT '');"
     "CREATE INDEX data_expires ON data(expires);"
     "CREATE TABLE pins(data TEXT, job {long});"
     "CREATE INDEX pins_data ON pins(data);"
@@ -105,7 +105,8 @@ static const char *const steps[STORE_VERSION] = {
     [1] =
         "ALTER TABLE jobs ADD COLUMN holder TEXT DEFAULT '';"
         "ALTER TABLE jobs ADD COLUMN phase TEXT DEFAULT '';"
-        "ALTER TABLE jobs ADD COLUMN residual {real} DEFAULT 0;",
+        "ALTER TABLE jobs ADD COLUMN residual {real} DEFAULT 0;"
+        "ALTER TABLE data ADD COLUMN owner TEXT DEFAULT '';",
 };
 
 static const char *const statements[STATEMENTS] = {
@@ -133,7 +134,9 @@ static const char *const statements[STATEMENTS] = {
     [KEY_DIGEST] = "SELECT digest FROM jobs WHERE number = :number",
     [BY_DIGEST] =
         "SELECT {columns}, number FROM jobs WHERE digest = :digest AND digest <> '' "
-        "AND reusable = 1 AND state = 2 AND expires > :until ORDER BY number DESC LIMIT 1",
+        "AND reusable = 1 AND state = 2 AND expires > :until AND (:owner = '' OR submitter = "
+        ":owner) "
+        "ORDER BY number DESC LIMIT 1",
     [REMOVE] = "DELETE FROM jobs WHERE number = :number OR (parent = :number AND parent > 0)",
     [REMOVE_LOG] = "DELETE FROM log WHERE job = :number",
     [ACTIVE] = "SELECT {columns}, number FROM jobs WHERE state <= 1 ORDER BY number",
@@ -152,7 +155,8 @@ static const char *const statements[STATEMENTS] = {
         "AND (:timed = 0 OR (started > 0 AND "
         "CASE WHEN finished > 0 THEN finished ELSE :now END - started BETWEEN :seconds_least AND "
         ":seconds_most)) "
-        "AND parent = :parent ORDER BY number DESC LIMIT :limit OFFSET :offset",
+        "AND parent = :parent AND (:owner = '' OR submitter = :owner) "
+        "ORDER BY number DESC LIMIT :limit OFFSET :offset",
     [ADD_CALL] = "INSERT INTO calls(job, kind, attempts, due) VALUES(:number, :kind, 0, :due)",
     [CALLS] = "SELECT number, job, kind, attempts, due FROM calls ORDER BY due LIMIT :limit",
     [UPDATE_CALL] = "UPDATE calls SET attempts = :attempts, due = :due WHERE number = :number",
@@ -171,11 +175,14 @@ static const char *const statements[STATEMENTS] = {
         "SELECT time, text FROM (SELECT {line} AS line, time, text FROM log WHERE job = :number "
         "ORDER BY {line} DESC LIMIT :limit) AS last ORDER BY line",
     [ADD_DATA] =
-        "INSERT INTO data(id, type, size, created, expires) VALUES(:id, :type, :size, :created, "
-        ":expires) ON CONFLICT(id) DO UPDATE SET expires = {greater of}(data.expires, "
+        "INSERT INTO data(id, type, size, created, expires, owner) VALUES(:id, :type, :size, "
+        ":created, :expires, :owner) ON CONFLICT(id) DO UPDATE SET expires = {greater "
+        "of}(data.expires, "
         "excluded.expires)",
-    [DATA] = "SELECT type, size, created, expires FROM data WHERE id = :id",
-    [DATA_BYTES] = "SELECT CAST(coalesce(sum(size), 0) AS {long}) FROM data",
+    [DATA] = "SELECT type, size, created, expires, owner FROM data WHERE id = :id",
+    [DATA_BYTES] =
+        "SELECT CAST(coalesce(sum(size), 0) AS {long}) FROM data WHERE :owner = '' OR owner = "
+        ":owner",
     [RENEW_DATA] = "UPDATE data SET expires = {greater of}(expires, :expires) WHERE id = :id",
     [DATA_PINNED] =
         "SELECT 1 FROM pins JOIN jobs ON number = job WHERE pins.data = :id AND state <= 1 LIMIT 1",
@@ -186,6 +193,9 @@ static const char *const statements[STATEMENTS] = {
     [REMOVE_DATA] = "DELETE FROM data WHERE id = :id AND expires <= :most",
     [PIN] = "INSERT INTO pins(data, job) VALUES(:id, :number)",
     [UNPIN] = "DELETE FROM pins WHERE job = :number",
+    [SHIFT_JOBS] = "UPDATE jobs SET expires = expires + :by WHERE expires > 0",
+    [SHIFT_CALLS] = "UPDATE calls SET due = due + :by",
+    [SHIFT_DATA] = "UPDATE data SET expires = expires + :by",
     [BEAT] =
         "INSERT INTO daemons(id, beat) VALUES(:holder, clock_timestamp()) ON CONFLICT(id) DO "
         "UPDATE SET beat = excluded.beat RETURNING CAST(extract(epoch FROM beat) AS {real}), "
@@ -212,6 +222,8 @@ static const char *const statements[STATEMENTS] = {
         "UPDATE jobs SET holder = :holder WHERE number = (SELECT number FROM taken) "
         "RETURNING {columns}, number, {no wait for the disk}",
     [WAITING] = "SELECT count(*) FROM jobs WHERE {waiting}",
+    [ACTIVE_OF] =
+        "SELECT count(*) FROM jobs WHERE state <= 1 AND parts = 0 AND submitter = :submitter",
     [HELD] = "SELECT {columns}, number FROM jobs WHERE holder = :holder",
     [RELEASE_DEAD] =
         "UPDATE jobs SET holder = '' WHERE holder <> '' AND (state <> 1 OR parts > 0) "
