@@ -56,7 +56,7 @@ void job_wait_again(job *c) {
 static bool take_up(void *context, const job_row *row) {
   recovery *r = context;
   job *c = job_new(r->jobs, row);
-  r->failed = c == NULL || (c->row.parts > 0 && !count_parts(c));
+  r->failed = c == NULL || (c->row.parts > 0 && !job_count_parts(c));
   if (r->failed) return false;
   r->count++;
   if (c->row.parts > 0) {
