@@ -17,7 +17,7 @@
 #include "store_shared.h"
 
 enum { AT_ONCE = 8, REPLY_BYTES = 65536 };
-static const double claim_seconds = 120; /* a daemon has to make a call it took; then others may */
+static const double claim_seconds = 120; /* after which a call that a daemon took is due again */
 static const double look_seconds = 5;    /* between looks for calls that another daemon left */
 static const double call_seconds = 30;
 static const double first_pause = 1, pause_factor = 4, longest_pause = 3600;
@@ -216,7 +216,7 @@ static bool claim(calling *c, store *s) {
   c->call.attempts++;
   if (!store_is_shared(s)) return true;
   c->call.due = unix_now() + claim_seconds;
-  return store_claim_call(s, &c->call) == STORE_OK;
+  return store_claim_call(s, jobs_holder(c->all->service->jobs), &c->call) == STORE_OK;
 }
 
 static void begin(calling *c, const job_call *call) {

@@ -241,6 +241,10 @@ int jobs_retry_after(const jobs *j) {
   return (int)ceil(fmin(300, fmax(1, j->mean)));
 }
 
+const char *jobs_holder(const jobs *j) {
+  return j->shared != NULL ? job_shared_id(j->shared) : "";
+}
+
 int64_t jobs_of(const jobs *j, const char *submitter) {
   if (j->shared != NULL) return store_active_of(j->store, submitter);
   return job_tally_of(&j->tally, submitter);

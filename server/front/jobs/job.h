@@ -138,6 +138,9 @@ store_result jobs_dismiss(jobs *j, const job_row *row, job_view *view);
 
 /* ---- Counting ---- */
 
+/* What this daemon is called in a shared store; "" in one of its own. */
+const char *jobs_holder(const jobs *j);
+
 typedef struct {
   int64_t waiting, running;
   int64_t memory; /* sum of the estimates of the running ones (bytes) */

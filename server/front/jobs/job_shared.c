@@ -569,6 +569,10 @@ job_shared *job_shared_new(jobs *j) {
   return h;
 }
 
+const char *job_shared_id(const job_shared *h) {
+  return h->id;
+}
+
 void job_shared_free(job_shared **h) {
   if (*h == NULL) return;
   store_leave((*h)->all->store, (*h)->id);

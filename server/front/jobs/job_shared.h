@@ -19,6 +19,9 @@ job_shared *job_shared_new(jobs *j);
 /* What was taken and has not begun is free again. */
 void job_shared_free(job_shared **h);
 
+/* This daemon's holder id. */
+const char *job_shared_id(const job_shared *h);
+
 /* When it wants to be run again (loop_now's clock). */
 double job_shared_due(const job_shared *h);
 void job_shared_run(job_shared *h);

@@ -59,15 +59,13 @@ void store_leave(store *s, const char *holder) {
 }
 
 store_result store_bury(store *s, const char *holder, double lease) {
-  sql_real(s, RELEASE_DEAD, ":lease", lease);
-  store_result result = sql_run(s, RELEASE_DEAD);
-  if (result != STORE_OK) return result;
-  sql_text(s, CLAIM_DEAD, ":holder", holder);
-  sql_real(s, CLAIM_DEAD, ":lease", lease);
-  result = sql_run(s, CLAIM_DEAD);
-  if (result != STORE_OK) return result;
-  sql_real(s, FORGET_DEAD, ":lease", lease);
-  result = sql_run(s, FORGET_DEAD);
+  static const statement in_order[] = {RELEASE_DEAD, FREE_CALLS, CLAIM_DEAD, FORGET_DEAD};
+  store_result result = STORE_OK;
+  for (size_t k = 0; k < sizeof in_order / sizeof *in_order && result == STORE_OK; k++) {
+    sql_real(s, in_order[k], ":lease", lease);
+    if (in_order[k] == CLAIM_DEAD) sql_text(s, CLAIM_DEAD, ":holder", holder);
+    result = sql_run(s, in_order[k]);
+  }
   return result == STORE_OK ? sql_run(s, FORGET_TURNS) : result;
 }
 
@@ -136,7 +134,8 @@ store_result store_dismiss_parts(store *s, int64_t parent, double now) {
 
 /* ---- Calls to subscribers ---- */
 
-store_result store_claim_call(store *s, const job_call *call) {
+store_result store_claim_call(store *s, const char *holder, const job_call *call) {
+  sql_text(s, CLAIM_CALL, ":holder", holder);
   sql_long(s, CLAIM_CALL, ":number", call->number);
   sql_long(s, CLAIM_CALL, ":attempts", call->attempts);
   sql_real(s, CLAIM_CALL, ":due", call->due);

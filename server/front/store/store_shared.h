@@ -38,7 +38,9 @@ store_result store_beat(store *s, const char *holder, double *now);
 /* It ends: what it took and has not begun is free again. */
 void store_leave(store *s, const char *holder);
 
-/* Frees what dead daemons took, claims for `holder` what they were running, forgets them. */
+/* Frees what dead daemons took, calls too, claims for `holder` what they were running, forgets
+ * them.
+ */
 store_result store_bury(store *s, const char *holder, double lease);
 
 /* ---- Jobs ---- */
@@ -77,7 +79,8 @@ store_result store_dismiss_parts(store *s, int64_t parent, double now);
 
 /* ---- Calls to subscribers ---- */
 
-/* As store_update_call, if call->attempts is one more than it is; else STORE_NONE. */
-store_result store_claim_call(store *s, const job_call *call);
+/* As store_update_call, if call->attempts is one more than it is; else STORE_NONE. It is due again
+ * when `holder` dies. */
+store_result store_claim_call(store *s, const char *holder, const job_call *call);
 
 #endif

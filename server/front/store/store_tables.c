@@ -56,7 +56,7 @@ static const struct {
     {"{waiting}", {"", "state = 0 AND holder = '' AND parts = 0"}},
     {"{alive}",
      {"",
-      "EXISTS(SELECT 1 FROM daemons WHERE id = jobs.holder AND beat > "
+      "EXISTS(SELECT 1 FROM daemons WHERE id = holder AND beat > "
       "clock_timestamp() - make_interval(secs => :lease)) "
       "OR pg_postmaster_start_time() > clock_timestamp() - make_interval(secs => :lease)"}},
     {"{no wait for the disk}", {"", "set_config('synchronous_commit', 'off', true)"}},
@@ -73,7 +73,8 @@ static const char schema[] =
     "CREATE INDEX jobs_active ON jobs(number) WHERE state <= 1;"
     "CREATE INDEX jobs_expires ON jobs(expires) WHERE expires > 0;"
     "CREATE INDEX jobs_digest ON jobs(digest) WHERE digest <> '';"
-    "CREATE TABLE calls({number}, job {long}, kind INTEGER, attempts INTEGER, due {real});"
+    "CREATE TABLE calls({number}, job {long}, kind INTEGER, attempts INTEGER, due {real}, holder "
+    "TEXT DEFAULT '');"
     "CREATE TABLE small(job {long}, kind INTEGER, bytes {bytes}, PRIMARY KEY(job, kind)){compact};"
     "CREATE TABLE log({line definition}job {long}, time {real}, text TEXT);"
     "CREATE INDEX log_job ON log(job);"
@@ -104,6 +105,7 @@ static const char *const more_schema[DIALECTS] = {
 static const char *const steps[STORE_VERSION] = {
     [1] =
         "ALTER TABLE jobs ADD COLUMN holder TEXT DEFAULT '';"
+        "ALTER TABLE calls ADD COLUMN holder TEXT DEFAULT '';"
         "ALTER TABLE jobs ADD COLUMN phase TEXT DEFAULT '';"
         "ALTER TABLE jobs ADD COLUMN residual {real} DEFAULT 0;"
         "ALTER TABLE data ADD COLUMN owner TEXT DEFAULT '';",
@@ -159,7 +161,8 @@ static const char *const statements[STATEMENTS] = {
         "ORDER BY number DESC LIMIT :limit OFFSET :offset",
     [ADD_CALL] = "INSERT INTO calls(job, kind, attempts, due) VALUES(:number, :kind, 0, :due)",
     [CALLS] = "SELECT number, job, kind, attempts, due FROM calls ORDER BY due LIMIT :limit",
-    [UPDATE_CALL] = "UPDATE calls SET attempts = :attempts, due = :due WHERE number = :number",
+    [UPDATE_CALL] =
+        "UPDATE calls SET attempts = :attempts, due = :due, holder = '' WHERE number = :number",
     [REMOVE_CALL] = "DELETE FROM calls WHERE number = :number",
     [REMOVE_CALLS] = "DELETE FROM calls WHERE job = :number",
     [ADD_SMALL] =
@@ -231,6 +234,9 @@ static const char *const statements[STATEMENTS] = {
     [CLAIM_DEAD] =
         "UPDATE jobs SET holder = :holder WHERE holder <> '' AND state = 1 AND parts = 0 "
         "AND NOT ({alive})",
+    [FREE_CALLS] =
+        "UPDATE calls SET due = extract(epoch FROM clock_timestamp()), holder = '' "
+        "WHERE holder <> '' AND NOT ({alive})",
     [FORGET_DEAD] =
         "DELETE FROM daemons WHERE beat < clock_timestamp() - make_interval(secs => :lease)",
     [FORGET_TURNS] = "DELETE FROM turns WHERE last < clock_timestamp() - interval '1 day'",
@@ -255,7 +261,8 @@ static const char *const statements[STATEMENTS] = {
         "updated = :now, finished = :now WHERE parent = :number AND parent > 0 AND state <= 1",
     [TELL] = "SELECT pg_notify('scatterd', :text)",
     [CLAIM_CALL] =
-        "UPDATE calls SET attempts = :attempts, due = :due WHERE number = :number "
+        "UPDATE calls SET attempts = :attempts, due = :due, holder = :holder WHERE number = "
+        ":number "
         "AND attempts = :attempts - 1",
     [ADD_LARGE] =
         "INSERT INTO large(owner, kind, chunk, bytes) VALUES(:owner, :kind, :chunk, :bytes) "

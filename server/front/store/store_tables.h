@@ -79,6 +79,7 @@ typedef enum {
   HELD,
   RELEASE_DEAD,
   CLAIM_DEAD,
+  FREE_CALLS,
   FORGET_DEAD,
   FORGET_TURNS,
   CLAIM,
