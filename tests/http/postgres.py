@@ -63,6 +63,7 @@ class Server:
         self.account = unprivileged()
         self.directory = tempfile.mkdtemp(prefix="postgres-test-")
         self.process = None
+        self.frozen = False
         atexit.register(self.stop)
         if self.account:
             os.chown(self.directory, self.account.pw_uid, self.account.pw_gid)
@@ -140,9 +141,13 @@ class Server:
                 pass
 
     def freeze(self):
+        self.frozen = True
         self.signal_all(signal.SIGSTOP)
 
     def thaw(self):
+        if not self.frozen:
+            return
+        self.frozen = False
         self.signal_all(signal.SIGCONT)
 
     def kill(self):

@@ -82,9 +82,11 @@ bool job_files_copy(job *c, const job_row *from) {
 int job_files_open(jobs *j, const job_row *row, job_file kind) {
   char name[64];
   size_t size = 0;
+  const bool shared = store_is_shared(j->store);
+  if (shared && kind == JOB_CHECKPOINT) return store_open_large(j->store, row->id, (int)kind);
   void *bytes = store_small(j->store, row->number, (int)kind, &size);
   if (bytes == NULL && errno != ENOENT) return -1;
-  if (bytes == NULL && store_is_shared(j->store)) return store_open_large(j->store, row->id, kind);
+  if (bytes == NULL && shared) return store_open_large(j->store, row->id, (int)kind);
   if (bytes == NULL) {
     name_file(row, kind, name);
     return keep_open(store_files(j->store), name);

@@ -247,6 +247,7 @@ static ipc_ask ask_of(const job *c) {
 }
 
 static void open_checkpoint(job *c, ipc_ask *ask) {
+  if (c->row.started <= 0) return; /* it has never run */
   c->checkpoint = job_files_open(c->all, &c->row, JOB_CHECKPOINT);
   const off_t size = c->checkpoint >= 0 ? lseek(c->checkpoint, 0, SEEK_END) : 0;
   ask->checkpoint = size > 0 ? (int64_t)size : 0;

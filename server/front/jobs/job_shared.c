@@ -192,14 +192,16 @@ static store_result add_notice(job_shared *h, notice *n, const char *word) {
 
 store_result job_shared_tell(job_shared *h, const job *first) {
   notice n = {0};
-  bool more = false;
+  bool more = false, all_run = true;
   store_result result = STORE_OK;
   for (const job *c = first; c != NULL && result == STORE_OK; c = c->next_changed) {
     more |= c->row.state == JOB_ACCEPTED && *c->row.holder == '\0';
+    all_run &= c->row.state == JOB_RUNNING;
     result = add_notice(h, &n, c->row.id);
     if (result == STORE_OK && c->batch != NULL) result = add_notice(h, &n, c->batch->row.id);
   }
   if (more && result == STORE_OK) result = add_notice(h, &n, "+");
+  if (all_run && result == STORE_OK) result = store_relax(h->all->store); /* at worst run twice */
   return result == STORE_OK ? send_notice(h, &n) : result;
 }
 

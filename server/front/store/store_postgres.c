@@ -38,7 +38,10 @@ typedef struct {
   int generation;                 /* connections made so far */
   double until;                   /* DOWN: when to try again; CONNECTING: when to give up */
   PostgresPollingStatusType wish; /* CONNECTING: what it waits for */
-  bool is_prepared[STATEMENTS];
+  /* a transaction: its statements are sent as they come, results are read when one is needed */
+  bool is_open;
+  int pending;         /* sent, not read */
+  store_result broken; /* the first failure of those read */
   PGresult *result[STATEMENTS];
   int row[STATEMENTS];
   /* of the statement being bound */
@@ -61,6 +64,8 @@ static void give_up(base *b, const char *why) {
   if (b->state == UP) log_say(LOG_ERROR, "store", "the database does not answer: %s", why);
   PQfinish(b->link);
   b->link = NULL;
+  b->is_open = false;
+  b->pending = 0;
   b->state = DOWN;
   b->until = loop_now() + pause_seconds;
 }
@@ -86,29 +91,42 @@ static bool wait_for(base *b, short events, double until) {
   return left > 0 && poll(&p, 1, (int)ceil(1e3 * left)) > 0;
 }
 
-/* The result of what was sent; NULL when it does not come in time. */
-static PGresult *await(base *b) {
+/* Hands over all that is to be sent. */
+static bool flush_sent(base *b) {
   const double until = loop_now() + patience;
-  PGresult *result = NULL;
   for (int left; (left = PQflush(b->link)) != 0;) {
     if (left < 0 || !wait_for(b, POLLIN | POLLOUT, until) || PQconsumeInput(b->link) == 0) {
-      return NULL;
+      return false;
     }
   }
-  for (;;) {
-    while (PQisBusy(b->link)) {
-      if (!wait_for(b, POLLIN, until) || PQconsumeInput(b->link) == 0) goto failed;
+  return true;
+}
+
+static bool wait_for_result(base *b) {
+  const double until = loop_now() + patience;
+  while (PQisBusy(b->link)) {
+    if (!wait_for(b, POLLIN, until) || PQconsumeInput(b->link) == 0) return false;
+  }
+  return true;
+}
+
+/* The result of the first statement that was sent and not read; NULL when it does not come in time.
+ */
+static PGresult *await(base *b) {
+  PGresult *result = NULL, *next = NULL;
+  if (!flush_sent(b)) return NULL;
+  do {
+    if (!wait_for_result(b)) {
+      PQclear(result);
+      return NULL;
     }
-    PGresult *next = PQgetResult(b->link);
+    next = PQgetResult(b->link);
     if (next == NULL) break;
     PQclear(result);
     result = next;
-  }
+  } while (PQresultStatus(next) != PGRES_PIPELINE_SYNC);
   take_news(b);
   return result;
-failed:
-  PQclear(result);
-  return NULL;
 }
 
 /* ---- Results ---- */
@@ -126,6 +144,7 @@ static const struct {
 };
 
 static store_result failure(base *b, const PGresult *result) {
+  if (PQresultStatus(result) == PGRES_PIPELINE_ABORTED) return STORE_FAILED; /* after another one */
   const char *state = PQresultErrorField(result, PG_DIAG_SQLSTATE);
   const char *text = result != NULL ? PQresultErrorMessage(result) : PQerrorMessage(b->link);
   if (state == NULL || PQstatus(b->link) != CONNECTION_OK) {
@@ -157,18 +176,6 @@ static store_result run_text(base *b, const char *text) {
 
 /* ---- Statements ---- */
 
-static store_result prepare(base *b, statement k, const char *name) {
-  store_text q;
-  if (b->is_prepared[k]) return STORE_OK;
-  store_write_statement(DIALECT_POSTGRES, k, &q);
-  if (PQsendPrepare(b->link, name, q.text, 0, NULL) == 0) return failure(b, NULL);
-  PGresult *result = await(b);
-  b->is_prepared[k] = is_good(result);
-  const store_result end = b->is_prepared[k] ? STORE_OK : failure(b, result);
-  PQclear(result);
-  return end;
-}
-
 static void unbind(base *b) {
   for (int p = 0; p < PARAMETERS; p++) {
     free(b->clean[p]);
@@ -178,31 +185,59 @@ static void unbind(base *b) {
   }
 }
 
-/* A transaction that had failed is rolled back by COMMIT, which calls that good. */
-static bool is_undone(statement k, PGresult *result) {
-  return k == COMMIT && strcmp(PQcmdStatus(result), "COMMIT") != 0;
+static void name_statement(statement k, char name[16]) {
+  snprintf(name, 16, "s%d", (int)k);
+}
+
+static bool send_bound(store *s, statement k) {
+  base *b = base_of(s);
+  char name[16];
+  name_statement(k, name);
+  const int sent = PQsendQueryPrepared(b->link, name, s->names[k].parameters, b->value, b->length,
+                                       b->is_bytes, 1);
+  unbind(b);
+  return sent == 1;
+}
+
+/* Reads one result, which has to be good. */
+static store_result read_result(base *b, PGresult **result) {
+  *result = await(b);
+  if (is_good(*result)) return STORE_OK;
+  const store_result end = failure(b, *result);
+  PQclear(*result);
+  *result = NULL;
+  return end;
+}
+
+/* Reads the results of all that was sent before; the first failure. */
+static store_result read_pending(base *b) {
+  while (b->pending > 0) {
+    PGresult *result;
+    b->pending--;
+    const store_result end = read_result(b, &result);
+    PQclear(result);
+    if (end != STORE_OK && b->broken == STORE_OK) b->broken = end;
+  }
+  return b->broken;
 }
 
 static store_result execute(store *s, statement k) {
   base *b = base_of(s);
-  char name[16];
-  snprintf(name, sizeof name, "s%d", (int)k);
   if (b->state != UP) return STORE_DOWN;
-  const store_result ready = prepare(b, k, name);
-  if (ready != STORE_OK) return ready;
-  if (PQsendQueryPrepared(b->link, name, s->names[k].parameters, b->value, b->length, b->is_bytes,
-                          1) == 0) {
+  if (!send_bound(s, k) || (b->is_open && PQsendFlushRequest(b->link) == 0)) {
     return failure(b, NULL);
   }
-  PGresult *result = await(b);
-  if (!is_good(result)) {
-    const store_result end = failure(b, result);
-    PQclear(result);
-    return end;
-  }
-  b->result[k] = result;
+  const store_result before = read_pending(b);
+  if (b->state != UP) return STORE_DOWN;
+  const store_result end = read_result(b, &b->result[k]);
   b->row[k] = -1;
-  return is_undone(k, result) ? STORE_FAILED : STORE_OK;
+  if (before != STORE_OK) {
+    PQclear(b->result[k]);
+    b->result[k] = NULL;
+    return before;
+  }
+  if (end != STORE_OK && b->is_open) b->broken = end;
+  return end;
 }
 
 static store_result step(store *s, statement k) {
@@ -219,6 +254,63 @@ static void reset(store *s, statement k) {
   base *b = base_of(s);
   PQclear(b->result[k]);
   b->result[k] = NULL;
+}
+
+/* ---- Transactions ---- */
+
+static store_result begin(base *b) {
+  b->broken = STORE_OK;
+  b->pending = 0;
+  b->is_open = PQenterPipelineMode(b->link) == 1;
+  return b->is_open ? STORE_OK : failure(b, NULL);
+}
+
+/* Reads all there is, until nothing is on its way. */
+static store_result end_pipeline(base *b) {
+  PGresult *sync = NULL;
+  if (PQpipelineSync(b->link) == 0) return failure(b, NULL);
+  const store_result end = read_pending(b);
+  if (b->state != UP) return STORE_DOWN;
+  sync = await(b);
+  const bool is_synced = PQresultStatus(sync) == PGRES_PIPELINE_SYNC;
+  PQclear(sync);
+  if (is_synced && PQexitPipelineMode(b->link) == 1) return end;
+  return failure(b, NULL);
+}
+
+/* A transaction that has failed is not ended by COMMIT, but still there after it. */
+static store_result end_transaction(base *b) {
+  const store_result end = end_pipeline(b);
+  b->is_open = b->state == UP && PQtransactionStatus(b->link) != PQTRANS_IDLE;
+  return end == STORE_OK && b->is_open ? STORE_FAILED : end;
+}
+
+static store_result undo(base *b) {
+  if (PQpipelineStatus(b->link) != PQ_PIPELINE_OFF) (void)end_pipeline(b);
+  const store_result end = b->state == UP ? run_text(b, "ROLLBACK") : STORE_DOWN;
+  b->is_open = false;
+  return end;
+}
+
+static store_result run(store *s, statement k) {
+  enum { LARGE_PIECE = 65536 };
+  base *b = base_of(s);
+  size_t size = 0;
+  if (b->state != UP) {
+    unbind(b);
+    return STORE_DOWN;
+  }
+  if (k == ROLLBACK) return undo(b);
+  if (k == BEGIN && begin(b) != STORE_OK) return STORE_DOWN;
+  if (!b->is_open) {
+    const store_result end = step(s, k);
+    reset(s, k);
+    return end == STORE_NONE ? STORE_OK : end;
+  }
+  for (int p = 0; p < PARAMETERS; p++) size += (size_t)b->length[p];
+  if (!send_bound(s, k) || (size > LARGE_PIECE && !flush_sent(b))) return failure(b, NULL);
+  b->pending++;
+  return k == COMMIT ? end_transaction(b) : STORE_OK;
 }
 
 /* ---- Parameters ---- */
@@ -308,8 +400,7 @@ static const void *get_bytes(store *s, statement k, int c, size_t *size) {
 }
 
 static bool is_open(const store *s) {
-  const base *b = base_of(s);
-  return b->state == UP && PQtransactionStatus(b->link) != PQTRANS_IDLE;
+  return base_of(s)->is_open;
 }
 
 /* ---- A session ---- */
@@ -357,6 +448,25 @@ static bool make_tables(base *b, fault *why) {
   return set_version(b, STORE_VERSION);
 }
 
+static bool prepare_all(base *b) {
+  store_text q;
+  char name[16];
+  for (int k = 0; k < STATEMENTS; k++) {
+    PGresult *result = NULL;
+    name_statement((statement)k, name);
+    store_write_statement(DIALECT_POSTGRES, (statement)k, &q);
+    if (PQsendPrepare(b->link, name, q.text, 0, NULL) == 0) return false;
+    if (read_result(b, &result) != STORE_OK) return false;
+    PQclear(result);
+  }
+  return true;
+}
+
+static void note_notice(void *context, const char *text) {
+  (void)context;
+  log_say(LOG_DEBUG, "store", "%s", text);
+}
+
 static bool begin_session(base *b, fault *why) {
   char settings[400];
   snprintf(settings, sizeof settings,
@@ -365,12 +475,12 @@ static bool begin_session(base *b, fault *why) {
            "SELECT set_config('synchronous_commit', 'on', false) WHERE "
            "current_setting('synchronous_commit') = 'off'; LISTEN scatterd",
            900 * patience, 4000 * patience);
+  PQsetNoticeProcessor(b->link, note_notice, NULL);
   snprintf(why->text, sizeof why->text, "store: the tables cannot be made; the log knows more");
   const bool good = PQsetnonblocking(b->link, 1) == 0 && run_text(b, settings) == STORE_OK &&
                     run_text(b, "BEGIN; SELECT pg_advisory_xact_lock(84808480)") == STORE_OK &&
-                    make_tables(b, why) && run_text(b, "COMMIT") == STORE_OK;
+                    make_tables(b, why) && run_text(b, "COMMIT") == STORE_OK && prepare_all(b);
   if (!good) return false;
-  memset(b->is_prepared, 0, sizeof b->is_prepared);
   b->state = UP;
   b->generation++;
   return true;
@@ -479,6 +589,7 @@ const store_door store_postgres = {
     .bind_real = bind_real,
     .bind_bytes = bind_bytes,
     .step = step,
+    .run = run,
     .reset = reset,
     .changes = changes,
     .is_null = is_null,

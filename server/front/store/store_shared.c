@@ -38,7 +38,11 @@ static store_result run_one(store *s, statement k) {
 
 store_result store_tell(store *s, const char *text) {
   sql_text(s, TELL, ":text", text);
-  return run_one(s, TELL);
+  return sql_run(s, TELL);
+}
+
+store_result store_relax(store *s) {
+  return sql_run(s, RELAX);
 }
 
 /* ---- Daemons ---- */

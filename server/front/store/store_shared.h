@@ -30,6 +30,10 @@ bool store_has_news(const store *s);
 /* Tells the others, with the transaction if there is one. Less than 8000 bytes. */
 store_result store_tell(store *s, const char *text);
 
+/* This transaction is committed without waiting for the disk: should the database crash within the
+ * next second, it has not happened. */
+store_result store_relax(store *s);
+
 /* ---- Daemons ---- */
 
 /* This daemon lives. *now is the database's clock, in seconds since 1970. */

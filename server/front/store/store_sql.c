@@ -43,6 +43,7 @@ void sql_reset(store *s, statement k) {
 }
 
 store_result sql_run(store *s, statement k) {
+  if (s->door->run != NULL) return s->door->run(s, k);
   const store_result result = sql_step(s, k);
   sql_reset(s, k);
   return result == STORE_NONE ? STORE_OK : result;

@@ -260,6 +260,7 @@ static const char *const statements[STATEMENTS] = {
         "UPDATE jobs SET state = 4, holder = '', message = 'dismissed with its batch', "
         "updated = :now, finished = :now WHERE parent = :number AND parent > 0 AND state <= 1",
     [TELL] = "SELECT pg_notify('scatterd', :text)",
+    [RELAX] = "SELECT {no wait for the disk}",
     [CLAIM_CALL] =
         "UPDATE calls SET attempts = :attempts, due = :due, holder = :holder WHERE number = "
         ":number "

@@ -89,6 +89,7 @@ typedef enum {
   PROGRESS,
   DISMISS_PARTS,
   TELL,
+  RELAX,
   CLAIM_CALL,
   ADD_LARGE,
   LARGE,
