@@ -66,6 +66,7 @@ static void give_up(base *b, const char *why) {
   b->link = NULL;
   b->is_open = false;
   b->pending = 0;
+  b->broken = STORE_OK;
   b->state = DOWN;
   b->until = loop_now() + pause_seconds;
 }
@@ -282,6 +283,7 @@ static store_result end_pipeline(base *b) {
 static store_result end_transaction(base *b) {
   const store_result end = end_pipeline(b);
   b->is_open = b->state == UP && PQtransactionStatus(b->link) != PQTRANS_IDLE;
+  if (!b->is_open) b->broken = STORE_OK;
   return end == STORE_OK && b->is_open ? STORE_FAILED : end;
 }
 
@@ -289,6 +291,7 @@ static store_result undo(base *b) {
   if (PQpipelineStatus(b->link) != PQ_PIPELINE_OFF) (void)end_pipeline(b);
   const store_result end = b->state == UP ? run_text(b, "ROLLBACK") : STORE_DOWN;
   b->is_open = false;
+  b->broken = STORE_OK;
   return end;
 }
 
