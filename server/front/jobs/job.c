@@ -209,7 +209,10 @@ typedef struct {
 static bool visit_fresh(void *context, const job_row *row) {
   const refresh *r = context;
   const job *c = job_find(r->jobs, row->id);
-  job_row now = c != NULL && !c->changed && !c->elsewhere ? c->row : *row;
+  const bool is_newer =
+      c != NULL && !c->changed && !c->elsewhere &&
+      !job_state_is_final((job_state)row->state); /* dismissed by another daemon */
+  job_row now = is_newer ? c->row : *row;
   if (r->jobs->shared != NULL) job_shared_fill(r->jobs, &now);
   return r->visit(r->context, &now);
 }
