@@ -31,11 +31,12 @@ static bool component_is_finite(task *t, const field *f, int a) {
     if (first < 0) first = k;
   }
   if (first < 0) return true;
+  const double value = f->value[first * f->components + a];
   name_site(&f->on, first, where, sizeof where);
   char more[64] = "";
   if (others > 0) snprintf(more, sizeof more, " and not finite at %lld more", (long long)others);
   problem_add(&t->complaints, f->pointer[a], "is %g at %s%s, needs a finite number",
-              f->value[first * f->components + a], where, more);
+              isnan(value) ? NAN : value, where, more); /* the sign of a NaN says nothing */
   return false;
 }
 

@@ -92,7 +92,7 @@ void execute_begin(const service *s, exchange *x) {
   e->service = s;
   e->x = x;
   gate_ask(s->gate, x, &e->ask);
-  e->prefer = prefer_of(field(x, "Prefer", room));
+  e->prefer = prefer_of(field(x, "Prefer", room), s->set->wait_seconds);
   for (size_t k = 0; k < sizeof checks / sizeof *checks && x->reply.status == 0; k++) checks[k](e);
 }
 

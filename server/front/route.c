@@ -143,7 +143,8 @@ static bool fits(const char *pattern, const char *path, char item[2][EXCHANGE_IT
       continue;
     }
     const size_t length = strcspn(path, "/");
-    if (length == 0 || length >= EXCHANGE_ITEM) return false;
+    if (length == 0) return false;
+    /* What is longer than any name is cut, and is still the name of nothing. */
     snprintf(item[k++], EXCHANGE_ITEM, "%.*s", (int)length, path);
     path += length;
     pattern += 2;
@@ -193,9 +194,10 @@ static void add_cors(const service *s, exchange *x) {
 static void answer_options(exchange *x, const char *allow) {
   exchange_add(x, "Allow", "%s", allow);
   exchange_add(x, "Access-Control-Allow-Methods", "%s", allow);
-  exchange_add(x, "Access-Control-Allow-Headers",
-               "Accept, Authorization, Content-Type, Content-Encoding, Idempotency-Key, "
-               "If-None-Match, If-Range, Last-Event-ID, Prefer, Range, X-Request-Id");
+  exchange_add(
+      x, "Access-Control-Allow-Headers",
+      "Accept, Authorization, Cache-Control, Content-Type, Content-Encoding, Idempotency-Key, "
+      "If-None-Match, If-Range, Last-Event-ID, Prefer, Range, X-Request-Id");
   exchange_add(x, "Access-Control-Max-Age", "86400");
   exchange_text(x, 204, "", "");
 }

@@ -386,6 +386,26 @@ static void test_apply(void **state) {
   asked_clear(&a);
 }
 
+/* The end points of a line have to look further for the two neighbours that a Laplacian needs; what
+ * is not made is not told of. */
+static void test_rows_of_apply(void **state) {
+  static const char line[] =
+      "{\"inputs\":{\"cloud\":{\"points\":[0,1,2,3,4],\"spacing\":1},"
+      "\"operator\":{\"scheme\":\"ips\"},\"field\":\"x\"},"
+      "\"outputs\":{\"diagnostics\":{}%s}}";
+  char body[512];
+  (void)state;
+  snprintf(body, sizeof body, line, ",\"laplacian\":{}");
+  asked a = well("apply", body);
+  assert_true(number_at(a.root, "/diagnostics/value/widened") == 2);
+  assert_true(number_at(a.root, "/diagnostics/value/fallback") == 0);
+  asked_clear(&a);
+  snprintf(body, sizeof body, line, ",\"value\":{}");
+  a = well("apply", body);
+  assert_null(at_pointer(a.root, "/diagnostics/value/widened"));
+  asked_clear(&a);
+}
+
 /* Points of no group are interior; if there are none, all points count. */
 static void test_interior(void **state) {
   static const char *const groups[] = {"{}", "{\"a\":[0,4]}", "{\"a\":[0,1,2],\"b\":[2,3,4]}"};
@@ -471,8 +491,9 @@ int main(void) {
       cmocka_unit_test(test_forms),       cmocka_unit_test(test_bad_bodies),
       cmocka_unit_test(test_renumbering), cmocka_unit_test(test_conditions),
       cmocka_unit_test(test_time),        cmocka_unit_test(test_explicit),
-      cmocka_unit_test(test_apply),       cmocka_unit_test(test_interior),
-      cmocka_unit_test(test_diagnose),    cmocka_unit_test(test_report),
+      cmocka_unit_test(test_apply),       cmocka_unit_test(test_rows_of_apply),
+      cmocka_unit_test(test_interior),    cmocka_unit_test(test_diagnose),
+      cmocka_unit_test(test_report),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

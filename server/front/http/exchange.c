@@ -93,7 +93,12 @@ bool exchange_find_path(exchange *x) {
       free(path);
       return false;
     }
-    *to++ = (char)value;
+    if (*from == '/' || value != '/') {
+      *to++ = (char)value;
+    } else { /* it belongs to its segment: RFC 3986, 2.2 */
+      memcpy(to, "%2F", 3);
+      to += 3;
+    }
   }
   *to = '\0';
   free(x->path);

@@ -72,6 +72,27 @@ const char *http_argument(const exchange *x, const char *name) {
   return MHD_lookup_connection_value(c->mhd, MHD_GET_ARGUMENT_KIND, name);
 }
 
+typedef struct {
+  const char *name;
+  int count;
+} tally;
+
+static enum MHD_Result count_argument(void *self, enum MHD_ValueKind kind, const char *name,
+                                      const char *value) {
+  tally *t = self;
+  (void)kind;
+  (void)value;
+  t->count += strcmp(name, t->name) == 0;
+  return MHD_YES;
+}
+
+int http_arguments(const exchange *x, const char *name) {
+  const connection *c = x->connection;
+  tally t = {name, 0};
+  MHD_get_connection_values(c->mhd, MHD_GET_ARGUMENT_KIND, count_argument, &t);
+  return t.count;
+}
+
 void http_peer(const exchange *x, char *room, size_t size) {
   const connection *c = x->connection;
   const union MHD_ConnectionInfo *info =

@@ -36,9 +36,11 @@ http *http_new(loop *l, const parameters *set, const http_place *place, const ht
 void http_free(http **h);
 
 /* A header field of the request, its occurrences joined by ", "; a query argument. NULL if absent.
- * Both live as long as the exchange, the field at `room` if it occurs more than once. */
+ * Both live as long as the exchange, the field at `room` if it occurs more than once. Of an
+ * argument that occurs more than once the first is taken: http_arguments counts. */
 const char *http_field(const exchange *x, const char *name, char *room, size_t size);
 const char *http_argument(const exchange *x, const char *name);
+int http_arguments(const exchange *x, const char *name);
 
 /* Address of the client, "local" on a Unix socket. */
 void http_peer(const exchange *x, char *room, size_t size);

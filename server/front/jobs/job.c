@@ -13,23 +13,6 @@
 #include "job_shared.h"
 #include "store_shared.h"
 
-static struct {
-  bool is_set;
-  double offset; /* of the clock that is followed, to loop_now */
-} followed;
-
-double unix_now(void) {
-  struct timespec t;
-  if (followed.is_set) return loop_now() + followed.offset;
-  clock_gettime(CLOCK_REALTIME, &t);
-  return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
-
-void unix_follow(double offset) {
-  followed.is_set = true;
-  followed.offset = offset;
-}
-
 /* ---- The jobs in memory ---- */
 
 static int by_id(const void *a, const void *b) {
@@ -253,10 +236,8 @@ int64_t jobs_of(const jobs *j, const char *submitter) {
   return job_tally_of(&j->tally, submitter);
 }
 
-void jobs_on_ask(jobs *j, void (*narrow)(void *self, const char *submitter, ipc_ask *ask),
-                 void *self) {
-  j->narrow = narrow;
-  j->narrow_self = self;
+void jobs_on_owners(jobs *j, const job_owners *owners) {
+  j->owners = *owners;
 }
 
 int64_t jobs_most_memory(const jobs *j) {

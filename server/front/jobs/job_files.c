@@ -48,7 +48,25 @@ static bool keep_large(job *c, job_file kind, int fd, size_t size) {
   return true;
 }
 
+static int64_t count(void *self, const char *owner) {
+  return store_job_bytes(self, owner);
+}
+
+/* Within job-bytes, and within what its submitter may have. */
+static bool has_room(job *c, int64_t size) {
+  jobs *j = c->all;
+  allowance_counter all = {count, j->store, ""}, own = {count, j->store, c->row.submitter};
+  if (j->owners.keep != NULL && !j->owners.keep(j->owners.self, c->row.submitter, size, &own)) {
+    return false;
+  }
+  return allowance_take(&j->bytes, size, j->set->job_bytes, loop_now(), &all);
+}
+
 bool job_files_keep(job *c, job_file kind, int fd, size_t size) {
+  if (kind != JOB_CHECKPOINT && !has_room(c, (int64_t)size)) {
+    errno = EDQUOT;
+    return false;
+  }
   if (size > SMALL || kind == JOB_CHECKPOINT) return keep_large(c, kind, fd, size);
   job_small *small = &c->small[kind];
   free(small->bytes);

@@ -127,6 +127,12 @@ enum { ARGUMENTS = sizeof arguments / sizeof *arguments };
 static bool read_query(exchange *x, query *q) {
   for (int k = 0; k < ARGUMENTS; k++) {
     const char *needs = "", *text = http_argument(x, arguments[k].name);
+    const int times = http_arguments(x, arguments[k].name);
+    if (times > 1) {
+      exchange_refuse(x, 400, "%s: is there %d times, needs to be there once", arguments[k].name,
+                      times);
+      return false;
+    }
     if (text == NULL || arguments[k].read(q, text, &needs)) continue;
     exchange_refuse(x, 400, "%s: got \"%.100s\", needs %s", arguments[k].name, text, needs);
     return false;

@@ -467,10 +467,10 @@ static void look_at_held(job_shared *h) {
 
 static void beat(job_shared *h) {
   double now = 0;
-  const double before = loop_now();
+  const double before = unix_now();
   if (loop_now() < h->beat || store_beat(h->all->store, h->id, &now) != STORE_OK) return;
   h->beat = loop_now() + h->all->set->lease_seconds / beats;
-  unix_follow(now - (before + loop_now()) / 2);
+  unix_move(now - (before + unix_now()) / 2);
 }
 
 static void bury(job_shared *h) {

@@ -1,6 +1,5 @@
 #include "submit.h"
 
-#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -102,7 +101,6 @@ static void refuse_stored(submission *b, store_result result) {
 
 static void stored(void *self, const job_row *row, store_result result) {
   submission *b = self;
-  const double seconds = fmin(b->prefer.wait, b->service->set->wait_seconds);
   job_view view;
   if (result != STORE_OK) {
     refuse_stored(b, result);
@@ -118,7 +116,7 @@ static void stored(void *self, const job_row *row, store_result result) {
   if (view.active == NULL) {
     waited(b, &view);
   } else {
-    wait_on(b->service->waits, &b->wait, seconds);
+    wait_on(b->service->waits, &b->wait, b->prefer.wait);
   }
 }
 
