@@ -10,7 +10,7 @@
 #include "doc.h"
 #include "log.h"
 
-typedef enum { TEXT, URL, COUNT, BYTES, SECONDS, LEVEL } kind;
+typedef enum { TEXT, URL, STORE, COUNT, BYTES, SECONDS, LEVEL } kind;
 
 typedef struct {
   const char *name;
@@ -31,6 +31,11 @@ static const parameter table[] = {
     {"data-dir", TEXT, "DIR", AT(data_dir), "", 0, 0,
      "directory of the daemon's files; empty means $XDG_DATA_HOME/scatterd or "
      "~/.local/share/scatterd"},
+    {"store", STORE, "URL", AT(store), "", 0, 0,
+     "database of the jobs, postgresql://..., which other daemons may share; empty means SQLite in "
+     "data-dir"},
+    {"lease-seconds", SECONDS, "s", AT(lease_seconds), "15", 1, 86400,
+     "time without a sign of life after which others take the jobs of a daemon that shares store"},
     {"user", TEXT, "NAME", AT(user), "", 0, 0,
      "who to run as when started by root, once the socket is open; empty means no change"},
     {"public-url", URL, "URL", AT(public_url), "", 0, 0,
@@ -170,6 +175,13 @@ static bool read_url(const parameter *row, void *value, const char *text, fault 
   return fault_set(why, "%s: got \"%.200s\", needs http://... or https://...", row->name, text);
 }
 
+static bool read_store(const parameter *row, void *value, const char *text, fault *why) {
+  const bool good =
+      strncmp(text, "postgresql://", 13) == 0 || strncmp(text, "postgres://", 11) == 0;
+  if (good || *text == '\0') return read_text(row, value, text, why);
+  return fault_set(why, "%s: needs postgresql://..., got something else", row->name);
+}
+
 static const struct {
   const char *suffix;
   double factor;
@@ -243,9 +255,10 @@ static const struct {
   bool (*read)(const parameter *row, void *value, const char *text, fault *why);
   void (*show)(const void *value, char *room, size_t size);
 } kinds[] = {
-    [TEXT] = {read_text, show_text},          [URL] = {read_url, show_text},
-    [COUNT] = {read_integer, show_integer},   [BYTES] = {read_integer, show_integer},
-    [SECONDS] = {read_seconds, show_seconds}, [LEVEL] = {read_level, show_level},
+    [TEXT] = {read_text, show_text},        [URL] = {read_url, show_text},
+    [STORE] = {read_store, show_text},      [COUNT] = {read_integer, show_integer},
+    [BYTES] = {read_integer, show_integer}, [SECONDS] = {read_seconds, show_seconds},
+    [LEVEL] = {read_level, show_level},
 };
 
 static bool set(parameters *p, const parameter *row, const char *text, fault *why) {

@@ -13,7 +13,7 @@
 bool job_of_route(const service *s, exchange *x, job_view *view) {
   const store_result result = jobs_find(s->jobs, x->owner, x->item, view);
   if (result == STORE_NONE) job_refuse_missing(x, x->item);
-  if (result == STORE_FULL || result == STORE_FAILED) job_refuse_store(x, result);
+  if (result != STORE_OK && result != STORE_NONE) job_refuse_store(x, result);
   return result == STORE_OK;
 }
 
