@@ -21,8 +21,10 @@ typedef struct {
   double tensor_mean[TENSOR_MAX], tensor_deviation[TENSOR_MAX];
   int64_t deficient; /* points with too few or degenerate neighbours, and the first of them */
   int32_t deficient_points[DEFICIENT_MAX];
-  /* of a solve; `system` NULL: none */
-  const sct_system *system;
+  /* of a solve */
+  bool is_solve, is_limited;
+  int64_t rows, nonzeros; /* of its matrix */
+  int64_t widened, fallback, loose;
   double peclet_mean, peclet_max; /* |u| h / mu; NaN: not defined */
   sct_range bounds;               /* of the solution */
   sct_solve_report solve;         /* method NULL: nothing was factored */
@@ -41,6 +43,9 @@ sct_status diagnostics_of_cloud(task *t, const cloud_input *c, const discretisat
 /* Cell Peclet numbers: velocity [n][dim] (NULL: 0), diffusivity [n]. */
 void diagnostics_of_fields(const double *velocity, const double *diffusivity, int64_t n,
                            const uint8_t *mask, diagnostics *out);
+
+/* Size and rows of a system. */
+void diagnostics_of_system(const sct_system *system, diagnostics *out);
 
 void diagnostics_write(emit *e, const diagnostics *d);
 

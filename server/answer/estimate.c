@@ -2,6 +2,8 @@
 
 #include <math.h>
 
+#include "cloud_input.h"
+
 /* Of a worker that has done nothing; of the iterative solvers' package. */
 static const int64_t BASE = 19000000, PACKAGE = 30000000;
 
@@ -52,4 +54,11 @@ int64_t estimate_factors(int dim, int64_t count, const sct_operator *op) {
 
 int64_t estimate_run(const task *t, const performance *f) {
   return BASE + (f->process->memory && f->state ? f->process->memory(t, f->state) : 0);
+}
+
+int64_t estimate_shared(const task *t, int64_t run, int64_t processes) {
+  enum { FIELDS = 260, HALO = 3 }; /* bytes of a point; a part with its halo, in halves of a part */
+  const int64_t n = t->cloud ? t->cloud->cloud.n : 0;
+  if (processes < 2) return run;
+  return processes * (PACKAGE + FIELDS * n) + run / 2 * HALO;
 }

@@ -21,8 +21,12 @@ typedef struct {
   char cors_origins[PARAM_TEXT];
   int64_t log_level; /* log_level of log.h */
   int64_t workers;
-  int64_t recycle; /* requests */
-  int64_t queue;   /* requests */
+  int64_t recycle;  /* requests */
+  int64_t executor; /* place in the list of its unit: local, mpi, slurm */
+  int64_t executor_jobs;
+  char mpiexec[PARAM_TEXT];
+  char sbatch[PARAM_TEXT];
+  int64_t queue; /* requests */
   int64_t connections;
   int64_t data_bytes; /* of all objects under /data */
   double data_seconds;

@@ -143,11 +143,14 @@ static bool start(front *f, fault *why) {
   f->loop = loop_new();
   if (f->loop == NULL) return fault_set(why, "cannot start: %s", strerror(errno));
   if (!watch_signals(f, why)) return false;
-  f->service = (service){.set = f->set, .pool = pool_new(f->loop, f->set, why)};
+  f->service = (service){.set = f->set, .executor = executor_new(f->loop, f->set, why)};
+  if (f->service.executor == NULL) return false;
+  f->service.pool = pool_new(f->loop, f->set, why);
   if (f->service.pool == NULL) return false;
   f->service.store = store_open(f->set->data_dir, why);
   if (f->service.store == NULL) return false;
-  f->service.jobs = jobs_new(f->loop, f->set, f->service.pool, f->service.store, why);
+  f->service.jobs =
+      jobs_new(f->loop, f->set, f->service.pool, f->service.executor, f->service.store, why);
   if (f->service.jobs == NULL) return false;
   f->service.waits = waits_new(f->loop);
   f->service.streams = streams_new(f->loop, f->set);
@@ -178,6 +181,7 @@ static void say_farewell(front *f) {
 static void end(front *f) {
   http_free(&f->http);
   if (f->service.pool != NULL) pool_stop(f->service.pool);
+  if (f->service.executor != NULL) executor_stop(f->service.executor);
   callbacks_free(&f->service.callbacks);
   fetches_free(&f->service.fetches);
   data_free(&f->service.data);
@@ -187,6 +191,7 @@ static void end(front *f) {
   streams_free(&f->service.streams);
   store_close(&f->service.store);
   pool_free(&f->service.pool);
+  executor_free(&f->service.executor);
   if (f->signals >= 0) close(f->signals);
   loop_free(&f->loop);
   listener_close(&f->listener);

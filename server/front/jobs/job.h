@@ -7,6 +7,7 @@
 #ifndef SCATTERD_JOB_H
 #define SCATTERD_JOB_H
 
+#include "executor.h"
 #include "job_row.h"
 #include "loop.h"
 #include "param.h"
@@ -18,9 +19,9 @@ typedef struct job job; /* one that is not over; job_inner.h */
 
 /* Takes up what the last daemon left: what was running waits again, or has failed if it was tried
  * often enough. NULL with *why. */
-jobs *jobs_new(loop *l, const parameters *set, pool *p, store *s, fault *why);
+jobs *jobs_new(loop *l, const parameters *set, pool *p, executor *x, store *s, fault *why);
 
-/* After pool_stop: stores what is to be stored. */
+/* After pool_stop and executor_stop: stores what is to be stored. */
 void jobs_free(jobs **j);
 
 /* ---- Accepting ---- */
@@ -55,8 +56,9 @@ store_result jobs_add_answered(jobs *j, const job_order *order, const job_row *o
 int64_t jobs_room(const jobs *j);
 int jobs_retry_after(const jobs *j);
 
-/* Most memory (bytes) that one job may be estimated to need. */
+/* Most memory (bytes) that one job may be estimated to need, on a worker or by the executor. */
 int64_t jobs_most_memory(const jobs *j);
+int64_t jobs_most_memory_of(const jobs *j, const char *process, int64_t points);
 
 /* ---- Looking ---- */
 

@@ -23,7 +23,9 @@ struct job {
   job_row row;
   jobs *all;
   queue_node node;      /* while it waits */
-  pool_task *task;      /* while it runs */
+  pool_task *task;      /* while it runs on a worker */
+  executor_run *run;    /* while the executor has it, which may let it wait */
+  bool is_for_worker;   /* the executor cannot run it */
   int body, checkpoint; /* descriptors while it runs */
   double fraction;      /* of the work, never falls within a run */
   /* batch */
@@ -49,6 +51,7 @@ struct jobs {
   loop *loop;
   const parameters *set;
   pool *pool;
+  executor *executor;
   store *store;
   void *by_id; /* tsearch */
   job_queue *queue;
@@ -93,7 +96,8 @@ void job_advance(job *c, double fraction);
 void job_part_ended(job *part); /* its batch is told; once it is stored */
 void job_end_batch(job *batch); /* all its parts have ended */
 bool job_enqueue(job *c, bool first);
-void job_stop(job *c); /* off the queue or off its worker */
+void job_stop(job *c);  /* off the queue, off its worker or its executor */
+bool job_adopt(job *c); /* from the executor, which still has it */
 
 /* job_recover.c */
 bool jobs_recover(jobs *j, fault *why);

@@ -38,6 +38,7 @@ static void count_parts(job *c) {
 
 static void wait_again(job *c) {
   const jobs *j = c->all;
+  if (job_adopt(c)) return;
   if (c->row.state == JOB_RUNNING && c->row.attempts >= j->set->job_attempts) {
     job_fail(c, 500, "the service ended in each of %d attempts (limit: job-attempts)",
              c->row.attempts);
@@ -81,12 +82,19 @@ static bool wanted(void *context, const char *name) {
   return job_state_is_final((job_state)row.state) == is_result;
 }
 
+/* Is a run of a job that is not over? */
+static bool is_active(void *context, const char *name) {
+  const job *c = job_find(context, name);
+  return c != NULL && !job_state_is_final((job_state)c->row.state);
+}
+
 bool jobs_recover(jobs *j, fault *why) {
   recovery r = {.jobs = j};
   if (store_active(j->store, take_up, &r) != STORE_OK) {
     return fault_set(why, "data-dir: the jobs cannot be read");
   }
   keep_sweep(store_files(j->store), wanted, j);
+  executor_sweep(j->executor, is_active, j);
   j->expiry = store_first_expiry(j->store);
   if (r.count > 0) log_say(LOG_INFO, "recovered", "%d jobs wait again", r.count);
   return true;
@@ -153,10 +161,11 @@ static int64_t budget_of(const parameters *set) {
   return (int64_t)sysconf(_SC_PHYS_PAGES) / 4 * 3 * sysconf(_SC_PAGESIZE);
 }
 
-jobs *jobs_new(loop *l, const parameters *set, pool *p, store *s, fault *why) {
+jobs *jobs_new(loop *l, const parameters *set, pool *p, executor *x, store *s, fault *why) {
   jobs *j = calloc(1, sizeof *j);
   if (j == NULL) goto failed;
-  *j = (jobs){.loop = l, .set = set, .pool = p, .store = s, .queue = job_queue_new()};
+  *j =
+      (jobs){.loop = l, .set = set, .pool = p, .executor = x, .store = s, .queue = job_queue_new()};
   j->last_changed = &j->changed;
   j->expiry = INFINITY;
   j->budget = budget_of(set);
@@ -167,6 +176,7 @@ jobs *jobs_new(loop *l, const parameters *set, pool *p, store *s, fault *why) {
   }
   loop_add(l, (loop_chore){due, run, j});
   pool_on_room(p, jobs_schedule, j);
+  executor_on_room(x, jobs_schedule, j);
   return j;
 failed:
   fault_set(why, "out of memory");
@@ -186,6 +196,7 @@ void jobs_free(jobs **j) {
     jobs_flush(*j);
   }
   pool_on_room((*j)->pool, NULL, NULL);
+  executor_on_room((*j)->executor, NULL, NULL);
   free_all(*j);
   job_queue_free(&(*j)->queue);
   free(*j);
