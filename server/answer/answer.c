@@ -94,6 +94,7 @@ static bool fits_into_memory(const ask *a, task *t, const performance *f, reply 
   problem p;
   if (!task_is_well(t)) return false;
   const int64_t processes = will_be_shared(a, t, f) ? t->limits->ranks : 1;
+  t->processes = processes > 1 ? processes : 0;
   r->memory_bytes =
       estimate_shared(t, estimate_run(t, f), processes) + processes * 2 * (int64_t)a->size;
   t->memory_estimate = r->memory_bytes / processes;

@@ -37,11 +37,14 @@ int64_t estimate_matrix(int dim, int64_t n, const sct_operator *op) {
   return (int64_t)((double)n * (40 + 22 * estimate_neighbours(dim, op->radius)));
 }
 
+int64_t estimate_iteration(int dim, int64_t n, const sct_operator *op) {
+  return PACKAGE + (int64_t)((double)n * (420 + 8 * estimate_neighbours(dim, op->radius)));
+}
+
 int64_t estimate_solver(int dim, int64_t n, const sct_operator *op,
                         const sct_solve_options *options) {
-  const double m = estimate_neighbours(dim, op->radius);
-  if (!sct_solver_iterates(options, n)) return estimate_factors(dim, n, op);
-  return PACKAGE + (int64_t)((double)n * (420 + 8 * m));
+  return sct_solver_iterates(options, n) ? estimate_iteration(dim, n, op)
+                                         : estimate_factors(dim, n, op);
 }
 
 /* Bytes per point by dimension; a denser stencil costs less than in proportion. */

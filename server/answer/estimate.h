@@ -38,6 +38,8 @@ int64_t estimate_limited(int dim, int64_t n, const sct_operator *op); /* 0 with 
 int64_t estimate_solver(int dim, int64_t n, const sct_operator *op,
                         const sct_solve_options *options);
 
+int64_t estimate_iteration(int dim, int64_t n, const sct_operator *op); /* iterative, always */
+
 /* Neighbours of a point of a lattice within the radius of the operator. */
 double estimate_neighbours(int dim, double radius);
 

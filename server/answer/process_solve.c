@@ -185,10 +185,11 @@ static int64_t memory_of_solve(const task *t, const void *state) {
   const sct_operator *op = &s->in.op;
   const bool is_explicit = s->in.is_transient && s->in.march.method == SCT_FORWARD_EULER;
   const int matrices = s->in.is_transient && !is_explicit ? 2 : 1;
-  (void)t;
+  const int64_t solver = is_explicit        ? 0
+                         : t->processes > 1 ? estimate_iteration(c->dim, c->n, op)
+                                            : estimate_solver(c->dim, c->n, op, &s->in.march.solve);
   return estimate_points(c->dim, c->n, op) + matrices * estimate_matrix(c->dim, c->n, op) +
-         estimate_limited(c->dim, c->n, op) +
-         (is_explicit ? 0 : estimate_solver(c->dim, c->n, op, &s->in.march.solve)) +
+         estimate_limited(c->dim, c->n, op) + solver +
          s->in.march.saves * c->n * (int64_t)(sizeof(double) + SAVED_TEXT);
 }
 

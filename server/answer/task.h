@@ -37,6 +37,8 @@ typedef struct {
 
   struct by_ranks *ranks; /* by_ranks.h: that answer together; NULL: this process only */
 
+  int64_t processes; /* that share the run, or will; 0: this one has it */
+
   int64_t memory_estimate; /* (bytes) of the run, 0 before it is known */
 
   const char *blame; /* JSON pointer to the input that a failure is the fault of, or NULL */
