@@ -80,6 +80,7 @@ class Cluster:
                 raise NotHere(f"no {name} (Debian: slurm-wlm, munge, openmpi-bin)")
         self.directory = pathlib.Path(tempfile.mkdtemp(prefix="slurm-test-"))
         self.processes = []
+        self.controller = None
         for name in ("state", "spool"):
             (self.directory / name).mkdir()
         host = socket.gethostname().split(".")[0]
@@ -107,8 +108,16 @@ class Cluster:
         self._wait(lambda: self.ask("sinfo", "--noheader", "--format=%T") == "idle", "an idle node")
 
     def start_controller(self):
-        self.controller = self._run("slurmctld", "-D")
-        return self.controller
+        """Nothing if it runs."""
+        if self.controller is None:
+            self.controller = self._run("slurmctld", "-D")
+
+    def stop_controller(self):
+        """It knows all jobs when it is started again."""
+        self.controller.terminate()
+        self.controller.wait()
+        self.processes.remove(self.controller)
+        self.controller = None
 
     def _run(self, name, *options):
         log = open(self.directory / f"{name}.out", "ab")

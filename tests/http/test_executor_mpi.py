@@ -71,7 +71,7 @@ class Runs:
     @classmethod
     def results(cls, where, job):
         now = cls.ended(where, job)
-        assert now["status"] == "successful", (now, where.log if hasattr(where, "log") else "")
+        assert now["status"] == "successful", now
         reply = where.request("GET", f"/jobs/{job}/results")
         assert reply.status == 200, reply.body
         return {key: value.get("value", value) if isinstance(value, dict) else value
