@@ -11,6 +11,7 @@
 
 typedef struct service {
   const parameters *set;
+  struct gate *gate; /* gate.h */
   pool *pool;
   executor *executor;
   store *store;
@@ -21,6 +22,7 @@ typedef struct service {
   struct callbacks *callbacks; /* callback.h */
   struct data_store *data;     /* data.h */
   struct fetches *fetches;     /* fetch.h */
+  struct clock_watch *clock;   /* clock.h */
 } service;
 
 #endif

@@ -1,8 +1,9 @@
-/* Runs a fuzz target on every file of a folder, as an ordinary test.
+/* Runs a fuzz target on every file of some folders, as an ordinary test.
  *
- * usage: replay FOLDER
+ * usage: replay FOLDER...
  */
 #include <dirent.h>
+#include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 
@@ -25,14 +26,15 @@ static int is_file(const struct dirent *entry) {
   return entry->d_name[0] != '.';
 }
 
-int main(int argc, char **argv) {
+/* How many files the folder has; -1 if one of them cannot be read. */
+static int replay(const char *folder) {
   struct dirent **entries = NULL;
-  int count = argc == 2 ? scandir(argv[1], &entries, is_file, alphasort) : -1;
-  int failed = count <= 0;
+  const int count = scandir(folder, &entries, is_file, alphasort);
+  bool failed = false;
   for (int k = 0; k < count; k++) {
     char path[4096];
     size_t size;
-    snprintf(path, sizeof path, "%s/%s", argv[1], entries[k]->d_name);
+    snprintf(path, sizeof path, "%s/%s", folder, entries[k]->d_name);
     uint8_t *bytes = read_file(path, &size);
     printf("%s\n", path);
     fflush(stdout);
@@ -42,6 +44,19 @@ int main(int argc, char **argv) {
     free(entries[k]);
   }
   free(entries);
-  printf("%d seeds\n", count);
-  return failed;
+  return failed ? -1 : count;
+}
+
+int main(int argc, char **argv) {
+  int seeds = 0;
+  for (int k = 1; k < argc; k++) {
+    const int count = replay(argv[k]);
+    if (count <= 0) {
+      fprintf(stderr, "%s: no seeds, or one that cannot be read\n", argv[k]);
+      return 1;
+    }
+    seeds += count;
+  }
+  printf("%d seeds\n", seeds);
+  return seeds == 0;
 }

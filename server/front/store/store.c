@@ -164,7 +164,9 @@ store_result store_by_key(store *s, const char *submitter, const char *key, job_
   return result;
 }
 
-store_result store_by_digest(store *s, const char *digest, double until, job_row *row) {
+store_result store_by_digest(store *s, const char *owner, const char *digest, double until,
+                             job_row *row) {
+  sql_text(s, BY_DIGEST, ":owner", owner);
   sql_text(s, BY_DIGEST, ":digest", digest);
   sql_real(s, BY_DIGEST, ":until", until);
   return sql_fetch(s, BY_DIGEST, row);
@@ -208,7 +210,26 @@ double store_first_expiry(store *s) {
   return sql_number_of(s, FIRST_EXPIRY, INFINITY);
 }
 
+store_result store_shift(store *s, double by) {
+  static const statement shifts[] = {SHIFT_JOBS, SHIFT_CALLS, SHIFT_DATA};
+  if (s->door->shared) return STORE_OK; /* others' clocks are right */
+  store_result result = store_begin(s);
+  for (int k = 0; k < 3 && result == STORE_OK; k++) {
+    sql_real(s, shifts[k], ":by", by);
+    result = sql_run(s, shifts[k]);
+  }
+  if (result == STORE_OK) result = store_commit(s);
+  if (result != STORE_OK) store_rollback(s);
+  return result;
+}
+
+int64_t store_job_bytes(store *s, const char *owner) {
+  sql_text(s, JOB_BYTES, ":owner", owner);
+  return (int64_t)sql_number_of(s, JOB_BYTES, 0);
+}
+
 store_result store_list(store *s, const store_filter *f, store_visit *visit, void *context) {
+  sql_text(s, LIST, ":owner", f->owner != NULL ? f->owner : "");
   sql_text(s, LIST, ":processes", f->processes);
   sql_long(s, LIST, ":states", f->states);
   sql_real(s, LIST, ":created_least", f->created_least);

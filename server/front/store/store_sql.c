@@ -1,5 +1,6 @@
 #include "store_sql.h"
 
+#include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -151,10 +152,12 @@ store_result sql_visit(store *s, statement k, store_visit *visit, void *context)
   return result == STORE_NONE ? STORE_OK : result;
 }
 
-/* Never NULL for a blob of no bytes. */
+/* The blob of the row a bound statement gives, malloc'ed, also one of no bytes; NULL with errno. */
 void *sql_fetch_blob(store *s, statement k, size_t *size) {
   char *copy = NULL;
-  if (sql_step(s, k) == STORE_OK && !s->door->is_null(s, k, 0)) {
+  const store_result result = sql_step(s, k);
+  errno = result == STORE_OK || result == STORE_NONE ? ENOENT : EIO;
+  if (result == STORE_OK && !s->door->is_null(s, k, 0)) {
     const void *bytes = s->door->get_bytes(s, k, 0, size);
     copy = malloc(*size + 1);
     if (copy != NULL && *size > 0) memcpy(copy, bytes, *size);

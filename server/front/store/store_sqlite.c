@@ -1,8 +1,12 @@
 /* The only door to SQLite. */
 #include <errno.h>
+#include <fcntl.h>
 #include <sqlite3.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include "log.h"
 #include "store_sql.h"
@@ -134,15 +138,23 @@ static bool prepare(base *b) {
   return true;
 }
 
+/* Nobody else's to read; its log and index take over its mode. */
+static bool make_private(const store *s) {
+  const int file = openat(s->directory, STORE_DATABASE, O_RDWR | O_CREAT | O_CLOEXEC, 0600);
+  const bool good = file >= 0 && fchmod(file, 0600) == 0;
+  if (file >= 0) close(file);
+  return good;
+}
+
 static bool open_base(store *s, const char *where, fault *why) {
   char file[4096];
-  static const char settings[] =
-      "PRAGMA journal_mode=WAL; PRAGMA synchronous=FULL; PRAGMA locking_mode=EXCLUSIVE;"
-      "PRAGMA temp_store=MEMORY";
+  static const char settings[] = /* not locked for itself: a backup may read */
+      "PRAGMA journal_mode=WAL; PRAGMA synchronous=FULL; PRAGMA temp_store=MEMORY";
   base *b = s->base = calloc(1, sizeof *b);
   if (b == NULL) return fault_set(why, "out of memory");
   snprintf(file, sizeof file, "%s/" STORE_DATABASE, where);
   *why->text = '\0';
+  if (!make_private(s)) return fault_set(why, "data-dir: %.200s: %s", file, strerror(errno));
   if (sqlite3_open_v2(file, &b->db, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE, NULL) ==
           SQLITE_OK &&
       sqlite3_exec(b->db, settings, NULL, NULL, NULL) == SQLITE_OK && make_tables(b->db, why) &&

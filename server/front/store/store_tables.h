@@ -44,6 +44,7 @@ typedef enum {
   EXPIRED,
   FIRST_EXPIRY,
   PART_STATES,
+  JOB_BYTES,
   LIST,
   ADD_CALL,
   CALLS,
@@ -66,6 +67,9 @@ typedef enum {
   REMOVE_DATA,
   PIN,
   UNPIN,
+  SHIFT_JOBS,
+  SHIFT_CALLS,
+  SHIFT_DATA,
   STATEMENTS
 } statement;
 
