@@ -42,6 +42,9 @@ typedef struct {
   void (*clear)(void *state); /* after reading, run or not; may be NULL */
   /* Estimated peak of `run`, (bytes) beyond the worker's own; NULL: nothing to speak of. */
   int64_t (*memory)(const task *t, const void *state);
+  /* Why what was read is not for several processes together (by_ranks.h), NULL: it is; a process
+   * without this is for one always. */
+  const char *(*alone)(const task *t, const void *state);
   /* Of a batch: writes the frames of its children (check.h); NULL: it has none. */
   bool (*children)(task *t, const void *state, grow_bytes *frames);
   /* Where the fields are, also when no output says so; NULL where there are no fields. */
