@@ -24,9 +24,9 @@ static void prefer_huge_pages(void *memory, size_t bytes) {
 #ifdef MADV_HUGEPAGE
   enum { LARGE = 4 << 20, PAGE = 4096 };
   if (memory == NULL || bytes < LARGE) return;
-  uintptr_t first = (uintptr_t)memory / PAGE * PAGE;
-  uintptr_t last = ((uintptr_t)memory + bytes + PAGE - 1) / PAGE * PAGE;
-  (void)madvise((void *)first, last - first, MADV_HUGEPAGE);
+  const size_t before = (uintptr_t)memory % PAGE; /* of the page it begins in */
+  const size_t pages = (before + bytes + PAGE - 1) / PAGE;
+  (void)madvise((char *)memory - before, pages * PAGE, MADV_HUGEPAGE);
 #else
   (void)memory;
   (void)bytes;

@@ -107,7 +107,7 @@ static int orthogonalise(const sct_anderson *a,
 }
 
 void sct_anderson_step(sct_anderson *a, const double *f, double *x) {
-  double r[SCT_ANDERSON_WINDOW][SCT_ANDERSON_WINDOW], gamma[SCT_ANDERSON_WINDOW];
+  double r[SCT_ANDERSON_WINDOW][SCT_ANDERSON_WINDOW] = {{0}}, gamma[SCT_ANDERSON_WINDOW] = {0};
   remember(a, f, x);
   const int count = orthogonalise(a, r);
   add(a->n, 1, f, x);

@@ -166,7 +166,7 @@ static sct_status prescribe(const flow_mesh *m, const sct_flow_side *s, flow_bou
   const int64_t k = along == 0 ? b->i : b->j, own = along == 0 ? b->j : b->i;
   const double line = normal->edge[own + (b->inward < 0)];
   const double at[3] = {axis->edge[k], axis->centre[k], axis->edge[k + 1]};
-  double x[3][2], u[3][2];
+  double x[3][2] = {{0}}, u[3][2];
   for (int p = 0; p < 3; p++) {
     x[p][b->axis] = line;
     x[p][along] = at[p];

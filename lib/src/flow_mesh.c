@@ -63,7 +63,7 @@ static sct_status fill_buckets(flow_axis *a, sct_error *err) {
 }
 
 static sct_status build_axis(const double *edge, int64_t n, flow_axis *a, sct_error *err) {
-  a->n = n + 2 * FLOW_PAD;
+  a->n = n + INT64_C(2) * FLOW_PAD;
   sct_status status = sct_alloc(&a->edge, a->n + 1, sizeof *a->edge, err);
   if (status == SCT_OK) status = sct_alloc(&a->centre, a->n, sizeof *a->centre, err);
   if (status == SCT_OK) status = sct_alloc(&a->width, a->n, sizeof *a->width, err);

@@ -55,7 +55,8 @@ static void gather(const sct_flow *f, const double x[2], const double reach[2], 
 static void weigh(ellipse *e, fit *s) {
   double m0 = 0, mx = 0, my = 0, xx = 0, xy = 0, yy = 0;
   for (int k = 0; k < e->n; k++) {
-    const double q = sqrt(e->q2[k]), h = (1 - q) * (1 - q);
+    const double q = sqrt(e->q2[k]);  // NOLINT(clang-analyzer-core.CallAndMessage): set below n
+    const double h = (1 - q) * (1 - q);
     e->w[k] = h * h * (4 * q + 1);
   }
 #pragma omp simd reduction(+ : m0, mx, my, xx, xy, yy)

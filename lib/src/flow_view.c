@@ -20,6 +20,8 @@ static double flux_right(const sct_flow *f, bool now, int64_t i, int64_t j) {
   return face_at(f, now, 0, face) * f->mesh.axis[1].width[j];
 }
 
+enum { PADS = 2 * FLOW_PAD }; /* of both sides */
+
 double flow_circulation(const sct_flow *f) {
   const flow_mesh *m = &f->mesh;
   double least = 0;
@@ -99,7 +101,7 @@ static double pressure_at(const sct_flow *f, bool now, int64_t c) {
 void sct_flow_mesh(const sct_flow *f, bool now, double *pressure, double *stream, double *u,
                    double *v) {
   const flow_mesh *m = &f->mesh;
-  const int64_t nx = m->axis[0].n - 2 * FLOW_PAD, ny = m->axis[1].n - 2 * FLOW_PAD;
+  const int64_t nx = m->axis[0].n - PADS, ny = m->axis[1].n - PADS;
   double *const out[2] = {u, v};
   for (int64_t j = 0; j < ny && pressure != NULL; j++) {
     for (int64_t i = 0; i < nx; i++) {
@@ -125,7 +127,7 @@ void sct_flow_mesh(const sct_flow *f, bool now, double *pressure, double *stream
 /* ---- sections ---- */
 
 int64_t sct_flow_section_most(const sct_flow *f, int along) {
-  return f->mesh.axis[1 - along].n - 2 * FLOW_PAD + 2;
+  return f->mesh.axis[1 - along].n - PADS + 2;
 }
 
 /* Component `along` at the line's place `at` in row k of cells across it: linear between faces. */

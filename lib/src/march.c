@@ -362,7 +362,7 @@ static void end(marcher *m) {
 sct_status sct_march(sct_system **system, const sct_march_options *options,
                      const sct_march_problem *problem, const sct_work *work, double *phi,
                      sct_march_report *report, sct_error *err) {
-  sct_march_report unread;
+  sct_march_report unread = {0};
   marcher m = {.system = system,
                .options = options,
                .problem = problem,

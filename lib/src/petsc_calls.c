@@ -9,12 +9,14 @@
 
 #include "alloc.h"
 
-#if defined(__has_feature) /* clang's way to say it */
-#if __has_feature(address_sanitizer) && !defined(__SANITIZE_ADDRESS__)
-#define __SANITIZE_ADDRESS__ 1
-#endif
-#endif
 #if defined(__SANITIZE_ADDRESS__)
+#define SANITIZED
+#elif defined(__has_feature) /* clang's way to say it */
+#if __has_feature(address_sanitizer)
+#define SANITIZED
+#endif
+#endif
+#ifdef SANITIZED
 #include <sanitizer/lsan_interface.h>
 #define KEEP_FOR_GOOD __lsan_disable()
 #define KEEP_NO_MORE __lsan_enable()

@@ -52,7 +52,7 @@ static void keep_history(sct_solve_report *r, double at, double relative) {
   if (r->history_count == SCT_SOLVE_HISTORY) {
     r->history_count /= 2;
     r->history_every *= 2;
-    for (int h = 0; h < r->history_count; h++) r->history[h] = r->history[2 * h];
+    for (int64_t h = 0; h < r->history_count; h++) r->history[h] = r->history[2 * h];
   }
   if (at == (double)r->history_count * r->history_every) r->history[r->history_count++] = relative;
 }

@@ -59,6 +59,7 @@ static int64_t cell_at(double cells, int64_t count) {
 static int32_t cell_of(const sct_cells *cells, int dim, double scale, const double *x) {
   int64_t c = 0;
   for (int k = dim - 1; k >= 0; k--) {
+    // NOLINTNEXTLINE(clang-analyzer-core.UndefinedBinaryOperatorResult): dim is at most 3
     double place = (x[k] * scale - cells->lower[k]) * cells->per_length;
     c = c * cells->count[k] + cell_at(place, cells->count[k]);
   }

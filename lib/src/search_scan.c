@@ -79,7 +79,7 @@ AVX2 __m256d squares_of(int dim, const sct_scan *scan, const __m256d *x, int64_t
 }
 
 /* Bytes that move those 32-bit lanes to the front whose bit is set in the row's number. */
-#define LANE(l) 4 * l, 4 * l + 1, 4 * l + 2, 4 * l + 3
+#define LANE(l) 4 * (l), 4 * (l) + 1, 4 * (l) + 2, 4 * (l) + 3
 static const _Alignas(16) uint8_t to_front[16][16] = {
     {0},
     {LANE(0)},

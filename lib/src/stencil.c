@@ -419,6 +419,7 @@ typedef struct {
   const sct_stencil *stencil;
   const double *field;
   double *smoothed, *gradient, *laplacian;
+  uint8_t *flags; /* may be NULL */
 } application;
 
 static double weighted_difference(const sct_row *row, const double *weight, const double *field,
@@ -443,11 +444,13 @@ static sct_status apply_point(void *context, int64_t i, sct_room *room, sct_erro
   const int want = (to->gradient != NULL ? SCT_ROW_GRADIENT : 0) |
                    (to->laplacian != NULL ? SCT_ROW_LAPLACIAN : 0);
   const sct_row_request request = {.want = want};
-  sct_row row;
+  sct_row row = {0};
   if (to->smoothed != NULL) smooth_point(to, i, room);
+  if (to->flags != NULL) to->flags[i] = 0;
   if (want == 0) return SCT_OK;
   const sct_status status = sct_stencil_row(to->stencil, i, &request, room, &row, err);
   if (status != SCT_OK) return status;
+  if (to->flags != NULL) to->flags[i] = (uint8_t)row.flags;
   for (int a = 0; to->gradient != NULL && a < dim; a++) {
     to->gradient[i * dim + a] = weighted_difference(&row, row.gradient + a * row.n, to->field, i);
   }
@@ -460,6 +463,12 @@ static sct_status apply_point(void *context, int64_t i, sct_room *room, sct_erro
 sct_status sct_stencil_apply(const sct_stencil *stencil, const double *field, const sct_work *work,
                              double *smoothed, double *gradient, double *laplacian,
                              sct_error *err) {
-  application to = {stencil, field, smoothed, gradient, laplacian};
+  return sct_stencil_apply_flagged(stencil, field, work, smoothed, gradient, laplacian, NULL, err);
+}
+
+sct_status sct_stencil_apply_flagged(const sct_stencil *stencil, const double *field,
+                                     const sct_work *work, double *smoothed, double *gradient,
+                                     double *laplacian, uint8_t *flags, sct_error *err) {
+  application to = {stencil, field, smoothed, gradient, laplacian, flags};
   return sct_points_run(stencil, 0, stencil->cloud.n, work, apply_point, &to, err);
 }

@@ -28,7 +28,7 @@ int64_t estimate_run(const task *t, const performance *f);
 /* Parts, for the `memory` of a process (bytes), as above. */
 int64_t estimate_points(int dim, int64_t n, const sct_operator *op);
 int64_t estimate_matrix(int dim, int64_t n, const sct_operator *op);
-int64_t estimate_factors(int dim, int64_t n, const sct_operator *op);
+int64_t estimate_factors(int dim, int64_t count, const sct_operator *op);
 int64_t estimate_limited(int dim, int64_t n, const sct_operator *op); /* 0 with another upwind */
 
 /* What solves the system: factors, or the iterative solver where these options mean it. */

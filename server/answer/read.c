@@ -78,7 +78,7 @@ static bool append_key(char *room, size_t *used, const char *key) {
 }
 
 static bool append_step(char *room, size_t *used, const item *it) {
-  char number[24];
+  char number[24] = "";
   if (!it->key) snprintf(number, sizeof number, "%lld", (long long)it->index);
   if (!append_key(room, used, it->key ? it->key : number)) return false;
   return !it->wrapped || append_key(room, used, "value");

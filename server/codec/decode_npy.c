@@ -78,13 +78,14 @@ static bool read_type(npy *f) {
   skip_blanks(f);
   if (f->at < f->end && f->bytes[f->at] == '[') return fail(f, "a structured type is no number");
   if (!read_string(f, text)) return false;
+  // NOLINTNEXTLINE(cert-err34-c): one digit
   bool is_plain = sscanf(text, "%c%c%1d%c", &order, &kind, &width, &extra) == 3 &&
                   strchr("<>|=", order) != NULL;
   for (size_t k = 0; is_plain && k < sizeof kinds / sizeof *kinds; k++) {
     const bool is_little = order != '>' && width > 1;
     while (1 << power < width) power++;
     if (kinds[k].kind != kind || 1 << power != width || (kind == 'b' && width > 1)) continue;
-    f->type = typed_array_of((uint64_t)(kinds[k].tag + power + (is_little ? 4 : 0)));
+    f->type = typed_array_of((uint64_t)kinds[k].tag + (uint64_t)power + (is_little ? 4 : 0));
   }
   if (f->type == NULL || f->type->width != (size_t)width) {
     f->type = NULL;

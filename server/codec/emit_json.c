@@ -26,8 +26,7 @@ static void json_bool(emit *e, bool value) {
 
 static char *print_double(char *to, double value) {
   if (isfinite(value)) return number_print(to, value);
-  memcpy(to, "null", 4);
-  return to + 4;
+  return (char *)memcpy(to, "null", 4) + 4;  // NOLINT(bugprone-not-null-terminated-result): no end
 }
 
 static void json_number(emit *e, double value) {

@@ -164,7 +164,7 @@ static bool write_escaped(scan *s, const char *from, const char *to) {
     const char *stop = back == NULL ? to : back;
     if (!write_bytes(s->out, p, (size_t)(stop - p))) return false;
     if (back == NULL) break;
-    uint32_t code;
+    uint32_t code = 0;
     size_t step = escape(back, to, &code);
     if (!(code == 0 ? write_bytes(s->out, &nul, 1) : write_bytes(s->out, back, step))) return false;
     p = back + step;

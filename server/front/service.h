@@ -10,6 +10,7 @@
 
 typedef struct service {
   const parameters *set;
+  struct gate *gate; /* gate.h */
   pool *pool;
   store *store;
   jobs *jobs;

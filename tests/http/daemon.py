@@ -7,7 +7,8 @@
 
 The program is $SCATTERD, the one with a worker that fails on demand $SCATTERD_STUB (stub_answer.c);
 a Case runs the latter unless `stub` is False. A daemon listens on a free port (or a Unix socket),
-keeps its files in a directory of its own, and must stop with status 0 and leave nothing behind.
+keeps its files in a directory of its own, and must stop with status 0 and leave nothing behind. It may be called by any Host, unless --hosts is
+among the options.
 """
 
 import contextlib
@@ -110,7 +111,7 @@ class Daemon:
         listen = f"unix:{self.socket}" if unix else "127.0.0.1:0"
         self.log = []
         self.process = subprocess.Popen(
-            [program(stub), "--listen", listen, "--data-dir", self.data, *options],
+            [program(stub), "--listen", listen, "--data-dir", self.data, "--hosts", "*", *options],
             stdin=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
             env={**os.environ, **(environment or {})}, preexec_fn=before)
         self.pid = self.process.pid

@@ -120,11 +120,11 @@ class Cases(Study):
         self.assertEqual(operator("laplace", {"scheme": "lsmps"}), {"scheme": "lsmps"})
 
     def test_the_limit_of_time_is_the_daemons(self):
-        d = daemon.Daemon("--seconds", "0.3", stub=False)
+        d = daemon.Daemon("--seconds", "3", stub=False)
         self.addCleanup(d.stop)
         d.wait_ready()
         with Client(f"http://{d.address}") as client, self.assertRaises(ScatterdError) as caught:
-            client.study("diffusion-3d", [24], parameters={"seeds": 1000})
+            client.study("diffusion-3d", [24], parameters={"seeds": 1000})  # minutes
         self.assertEqual(caught.exception.status, 504)
         self.assertIn("row 1 of 1", caught.exception.detail)
 
@@ -334,16 +334,18 @@ class Hwang(Study):
             self.assert_within(error, band, f"{case['dim']}-D {case['scheme']}")
 
     def test_ps_grows_ips_stalls_lsmps_converges(self):
-        def rate(scheme, dim, cells):
+        """In 1-D the order of one cloud scatters by 0.08 about 1.07 (of 1000 clouds); the mean over
+        40 by 0.0135, so that a bound of 1 is more than 5 of these away. In 2-D and 3-D three clouds
+        show 1.24 +- 0.01 and 1.81 +- 0.002."""
+        def rate(scheme, dim, cells, clouds):
             table = self.client.study(f"sine-{dim}d", cells, operator={"scheme": scheme},
-                                      parameters={"seed": SEED, "seeds": 3}).table
+                                      parameters={"seed": SEED, "seeds": clouds}).table
             return table[1].rate_l2
-        for dim, cells in ((1, [32, 256]), (2, [32, 128]), (3, [16, 48])):
+        for dim, cells, clouds in ((1, [32, 256], 40), (2, [32, 128], 3), (3, [16, 48], 3)):
             with self.subTest(dim=dim):
-                self.assertLess(rate("ps", dim, cells), -0.8)
-                self.assertLess(abs(rate("ips", dim, cells)), 0.3)
-                # of first order; what three clouds show of it scatters by some per cent
-                self.assertGreater(rate("lsmps", dim, cells), 0.85)
+                self.assertLess(rate("ps", dim, cells, clouds), -0.8)
+                self.assertLess(abs(rate("ips", dim, cells, clouds)), 0.3)
+                self.assertGreater(rate("lsmps", dim, cells, clouds), 1)
 
     def test_ips_is_never_worse_than_ps(self):
         """On a lattice they are the same but for rounding. In time, on a cloud next to a lattice

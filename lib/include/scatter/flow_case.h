@@ -42,7 +42,7 @@ SCT_NODISCARD sct_status sct_flow_cavity(int64_t cells, double reynolds, double 
 SCT_NODISCARD sct_status sct_flow_step(int64_t cells, double reynolds, double clustering,
                                        double downstream, sct_scheme scheme, double end,
                                        sct_flow_case *flow, sct_error *err);
-void sct_flow_case_clear(sct_flow_case *flow);
+void sct_flow_case_clear(sct_flow_case *c);
 
 #ifdef __cplusplus
 }

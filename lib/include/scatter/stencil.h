@@ -16,12 +16,15 @@
 extern "C" {
 #endif
 
-/* symbol, name. mps:   g = (d/S_w) w r_j / r^2               l = 2 d w / (lambda S_w)  [H11] eq. 5,
- * 7 ps:    g = (d/S_w) w r_j / r^2               l = (2 d/S_w) w / r^2   [H16] eq. 1, 2 ips:   g =
- * M^-1 w r_j / r^2   l = (2 d/S_w) (w / r^2) (1 - o . M^-1 r_j) [H16] eq. 15-20, 26-27 ipsn:  as
- * ips with l d / trace T, where trace T / d > 0.3; else an lsmps row lsmps: weighted least squares
- * fit of the complete Taylor polynomial of `degree` lambda = sum w r^2 / sum w. Exact for: mps, ps
- * lattices; ips linear; lsmps its degree. */
+/* symbol, name. Exact for: mps, ps lattices; ips linear functions; lsmps polynomials of its degree.
+ *   mps    g = (d/S_w) w r_j / r^2    l = 2 d w / (lambda S_w), lambda = sum w r^2 / sum w
+ *                                                                           [H11] eq. 5, 7
+ *   ps     g = (d/S_w) w r_j / r^2    l = (2 d/S_w) w / r^2                 [H16] eq. 1, 2
+ *   ips    g = M^-1 w r_j / r^2       l = (2 d/S_w) (w / r^2) (1 - o . M^-1 r_j)
+ *                                                                           [H16] eq. 15-20, 26-27
+ *   ipsn   as ips with l d / trace T, where trace T / d > 0.3; else an lsmps row
+ *   lsmps  weighted least squares fit of the complete Taylor polynomial of `degree`
+ */
 #define SCT_SCHEME_LIST(X) \
   X(SCT_MPS, "mps")        \
   X(SCT_PS, "ps")          \
@@ -49,7 +52,8 @@ extern "C" {
   X(SCT_UPWIND_PUBLISHED, "published") \
   X(SCT_UPWIND_LIMITED, "limited")
 
-/* S_w and lambda of the point itself, or of a complete lattice neighbourhood of spacing h. */
+/* S_w and lambda of the point itself, or of a complete lattice neighbourhood of spacing h. Where a
+ * support had to be widened they are the point's own: the lattice's are those of another radius. */
 #define SCT_DENSITY_LIST(X)     \
   X(SCT_DENSITY_LOCAL, "local") \
   X(SCT_DENSITY_REFERENCE, "reference")
@@ -67,13 +71,13 @@ typedef enum { SCT_WEIGHT_LIST(SCT_NAME_ENUM) SCT_WEIGHT_COUNT } sct_weight;
 #undef SCT_NAME_ENUM
 
 /* Name of a value, NULL out of range; find returns the COUNT if there is none of that name. */
-const char *sct_scheme_name(sct_scheme scheme);
+const char *sct_scheme_name(sct_scheme value);
 sct_scheme sct_scheme_find(const char *name);
-const char *sct_upwind_name(sct_upwind upwind);
+const char *sct_upwind_name(sct_upwind value);
 sct_upwind sct_upwind_find(const char *name);
-const char *sct_density_name(sct_density density);
+const char *sct_density_name(sct_density value);
 sct_density sct_density_find(const char *name);
-const char *sct_weight_name(sct_weight weight);
+const char *sct_weight_name(sct_weight value);
 sct_weight sct_weight_find(const char *name);
 
 typedef struct {
@@ -187,6 +191,13 @@ SCT_NODISCARD sct_status sct_stencil_row(const sct_stencil *stencil, int64_t i,
 SCT_NODISCARD sct_status sct_stencil_apply(const sct_stencil *stencil, const double *field,
                                            const sct_work *work, double *smoothed, double *gradient,
                                            double *laplacian, sct_error *err);
+
+/* The same, and what became of each row: flags [n] of SCT_ROW_*, 0 everywhere if neither gradient
+ * nor Laplacian is asked for. Proof: unit.stencil */
+SCT_NODISCARD sct_status sct_stencil_apply_flagged(const sct_stencil *stencil, const double *field,
+                                                   const sct_work *work, double *smoothed,
+                                                   double *gradient, double *laplacian,
+                                                   uint8_t *flags, sct_error *err);
 
 /* beta(gamma) = coth gamma - 1/gamma, by its series for small gamma, 1 for infinity.
  * Proof: unit.stencil */

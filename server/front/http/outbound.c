@@ -235,7 +235,10 @@ static bool open_multi(outbound *o) {
 
 void outbound_free(outbound **o) {
   if (*o == NULL) return;
-  while ((*o)->first != NULL) free_call((*o)->first);
+  for (outbound_call *c = (*o)->first, *next; c != NULL; c = next) {
+    next = c->next;
+    free_call(c);
+  }
   if ((*o)->multi != NULL) {
     curl_multi_cleanup((*o)->multi);
     curl_global_cleanup();

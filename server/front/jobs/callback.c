@@ -10,6 +10,7 @@
 
 #include "base64.h"
 #include "digest.h"
+#include "gate.h"
 #include "job_status.h"
 #include "outbound.h"
 #include "problem.h"
@@ -199,6 +200,7 @@ static void render(calling *c) {
                  .content_coding = (coding)c->row.result_coding,
                  .accept = media_wish(MEDIA_JSON),
                  .limits = s->set->limits};
+  gate_ask_again(s->gate, c->row.submitter, &ask);
   snprintf(ask.process, sizeof ask.process, "%s", c->row.process);
   snprintf(ask.results_url, sizeof ask.results_url, "%s/jobs/%s/results", c->extra.base, c->row.id);
   c->stored = jobs_result(s->jobs, &c->row);

@@ -18,21 +18,30 @@ static int by_id(const void *a, const void *b) {
   return strcmp(((const job *)a)->row.id, ((const job *)b)->row.id);
 }
 
+/* A batch is counted by its parts. */
+static bool count(job *c, int by) {
+  return c->row.parts > 0 || job_tally_add(&c->all->tally, c->row.submitter, by);
+}
+
 job *job_new(jobs *j, const job_row *row) {
   job *c = calloc(1, sizeof *c);
   if (c == NULL) return NULL;
   c->row = *row;
   c->all = j;
   c->body = c->checkpoint = -1;
-  if (tsearch(c, &j->by_id, by_id) == NULL) {
+  if (!count(c, 1)) {
     free(c);
     return NULL;
   }
-  return c;
+  if (tsearch(c, &j->by_id, by_id) != NULL) return c;
+  (void)count(c, -1);
+  free(c);
+  return NULL;
 }
 
 void job_free(job *c) {
   tdelete(c, &c->all->by_id, by_id);
+  (void)count(c, -1);
   while (c->watches != NULL) job_watch_off(c->watches);
   if (c->body >= 0) close(c->body);
   if (c->checkpoint >= 0) close(c->checkpoint);
@@ -157,10 +166,16 @@ job_view jobs_view(jobs *j, const job_row *row) {
   return view;
 }
 
-store_result jobs_find(jobs *j, const char *id, job_view *view) {
+/* Without an owner there are no tokens: all is everybody's. */
+static bool is_for(const char *owner, const job_row *row) {
+  return *owner == '\0' || strcmp(owner, row->submitter) == 0;
+}
+
+store_result jobs_find(jobs *j, const char *owner, const char *id, job_view *view) {
   job_row row;
   jobs_flush(j);
-  const store_result result = store_job(j->store, id, &row);
+  store_result result = store_job(j->store, id, &row);
+  if (result == STORE_OK && !is_for(owner, &row)) result = STORE_NONE;
   *view = result == STORE_OK ? jobs_view(j, &row) : (job_view){0};
   return result;
 }
@@ -198,6 +213,14 @@ int64_t jobs_room(const jobs *j) {
 
 int jobs_retry_after(const jobs *j) {
   return (int)ceil(fmin(300, fmax(1, j->mean)));
+}
+
+int64_t jobs_of(const jobs *j, const char *submitter) {
+  return job_tally_of(&j->tally, submitter);
+}
+
+void jobs_on_owners(jobs *j, const job_owners *owners) {
+  j->owners = *owners;
 }
 
 int64_t jobs_most_memory(const jobs *j) {

@@ -3,8 +3,10 @@
 #ifndef SCATTERD_JOB_INNER_H
 #define SCATTERD_JOB_INNER_H
 
+#include "allowance.h"
 #include "job.h"
 #include "job_queue.h"
+#include "job_tally.h"
 
 typedef struct {
   int64_t last; /* id */
@@ -25,6 +27,7 @@ struct job {
   queue_node node;      /* while it waits */
   pool_task *task;      /* while it runs */
   int body, checkpoint; /* descriptors while it runs */
+  double seconds;       /* that its run may take */
   double fraction;      /* of the work, never falls within a run */
   /* batch */
   job *batch;           /* the job it is part of */
@@ -50,7 +53,8 @@ struct jobs {
   const parameters *set;
   pool *pool;
   store *store;
-  void *by_id; /* tsearch */
+  void *by_id;     /* tsearch */
+  job_tally tally; /* of those in memory, batches by their parts */
   job_queue *queue;
   job *changed, **last_changed;
   double retry;  /* when to try again to store what could not be */
@@ -61,8 +65,10 @@ struct jobs {
   double mean; /* seconds of a run, weighted towards the recent ones */
   bool stopped;
   job_counts counts;
+  allowance bytes; /* of requests and results */
   void (*told)(void *self);
   void *told_self;
+  job_owners owners;
 };
 
 /* job.c */
@@ -89,7 +95,7 @@ void job_save(job *c); /* at the end of this round */
 void jobs_flush(jobs *j);
 
 /* job_run.c */
-void jobs_schedule(void *jobs); /* starts what may start */
+void jobs_schedule(void *self); /* starts what may start */
 void job_fail(job *c, int status, const char *format, ...) __attribute__((format(printf, 3, 4)));
 void job_advance(job *c, double fraction);
 void job_part_ended(job *part); /* its batch is told; once it is stored */

@@ -50,9 +50,10 @@ static queue_lane *lane_of(job_queue *q, const char *submitter, int priority) {
   for (queue_lane *l = q->lanes[priority]; l != NULL; l = l->next) {
     if (strcmp(l->submitter, submitter) == 0) return l;
   }
-  queue_lane *lane = calloc(1, sizeof *lane + strlen(submitter) + 1);
+  const size_t length = strlen(submitter);
+  queue_lane *lane = calloc(1, sizeof *lane + length + 1);
   if (lane == NULL) return NULL;
-  strcpy(lane->submitter, submitter);
+  memcpy(lane->submitter, submitter, length + 1);
   lane->priority = priority;
   append(&q->lanes[priority], lane);
   return lane;

@@ -196,6 +196,7 @@ void jobs_free(jobs **j) {
   pool_on_room((*j)->pool, NULL, NULL);
   free_all(*j);
   job_queue_free(&(*j)->queue);
+  job_tally_clear(&(*j)->tally);
   free(*j);
   *j = NULL;
 }

@@ -191,8 +191,9 @@ static void end_memory(job *c, const pool_outcome *o) {
 }
 
 static void end_time(job *c, const pool_outcome *o) {
-  job_fail(c, 504, "the solve was stopped%s%s after %g s (limit: job-seconds)",
-           *o->phase != '\0' ? " in phase " : "", o->phase, c->all->set->job_seconds);
+  job_fail(c, 504, "the solve was stopped%s%s after %g s (limit: job-seconds%s)",
+           *o->phase != '\0' ? " in phase " : "", o->phase, c->seconds,
+           c->seconds < c->all->set->job_seconds ? ", seconds of the token" : "");
 }
 
 static void end_crashed(job *c, const pool_outcome *o) {
@@ -238,6 +239,8 @@ static ipc_ask ask_of(const job *c) {
                  .limits = set->limits};
   ask.limits.seconds = set->job_seconds;
   snprintf(ask.process, sizeof ask.process, "%s", c->row.process);
+  const job_owners *owners = &c->all->owners;
+  if (owners->narrow != NULL) owners->narrow(owners->self, c->row.submitter, &ask);
   return ask;
 }
 
@@ -263,6 +266,7 @@ static bool give_up(job *c, int error) {
 static bool start(job *c) {
   static const pool_calls calls = {done, heard};
   ipc_ask ask = ask_of(c);
+  c->seconds = ask.limits.seconds;
   c->body = open_request(c);
   if (c->body < 0) return give_up(c, errno);
   open_checkpoint(c, &ask);

@@ -6,6 +6,8 @@
 #include <string.h>
 #include <time.h>
 
+#include "member.h"
+
 #define RELATION "http://www.opengis.net/def/rel/ogc/1.0/"
 
 enum { LOG_LINES = 50 };
@@ -26,24 +28,11 @@ static void emit_time(emit *e, const char *key, double seconds) {
   char text[32];
   if (seconds <= 0) return;
   job_status_time(seconds, text);
-  emit_key(e, key);
-  emit_text(e, text);
+  member_text(e, key, text);
 }
 
 static void emit_string(emit *e, const char *key, const char *text) {
-  if (*text == '\0') return;
-  emit_key(e, key);
-  emit_text(e, text);
-}
-
-static void emit_real(emit *e, const char *key, double value) {
-  emit_key(e, key);
-  emit_number(e, value);
-}
-
-static void emit_count(emit *e, const char *key, int64_t value) {
-  emit_key(e, key);
-  emit_integer(e, value);
+  member_text(e, key, *text != '\0' ? text : NULL);
 }
 
 typedef struct {
@@ -99,18 +88,18 @@ static void emit_more(emit *e, const job_view *view) {
   const job_row *row = &view->row;
   emit_string(e, "message", row->message);
   emit_string(e, "phase", view->phase);
-  if (view->residual > 0) emit_real(e, "residual", view->residual);
-  emit_count(e, "progress", row->progress);
+  if (view->residual > 0) member_number(e, "residual", view->residual);
+  member_integer(e, "progress", row->progress);
   emit_time(e, "created", row->created);
   emit_time(e, "started", row->started);
   emit_time(e, "finished", row->finished);
   emit_time(e, "updated", row->updated);
   emit_time(e, "expires", row->expires);
-  emit_count(e, "attempts", row->attempts);
-  emit_count(e, "priority", row->priority);
-  if (row->points > 0) emit_count(e, "points", row->points);
-  if (row->estimate > 0) emit_count(e, "estimatedMemory", row->estimate);
-  if (row->parts > 0) emit_count(e, "parts", row->parts);
+  member_integer(e, "attempts", row->attempts);
+  member_integer(e, "priority", row->priority);
+  if (row->points > 0) member_integer(e, "points", row->points);
+  if (row->estimate > 0) member_integer(e, "estimatedMemory", row->estimate);
+  if (row->parts > 0) member_integer(e, "parts", row->parts);
 }
 
 void job_status_emit(emit *e, const job_view *view, const char *base, bool minimal, store *s) {
@@ -191,7 +180,9 @@ void job_refuse_failed(exchange *x, jobs *j, const job_row *row) {
 
 void job_refuse_store(exchange *x, store_result why) {
   if (why == STORE_FULL) {
-    exchange_refuse(x, 507, "the disk of the service is full");
+    exchange_refuse(
+        x, 507,
+        "the disk of the service, or what may be used of it, is full (job-bytes, data-bytes)");
   } else {
     exchange_refuse(x, 500, "the store does not work; the log knows more under request %s", x->id);
   }

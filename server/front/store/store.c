@@ -164,7 +164,9 @@ store_result store_by_key(store *s, const char *submitter, const char *key, job_
   return result;
 }
 
-store_result store_by_digest(store *s, const char *digest, double until, job_row *row) {
+store_result store_by_digest(store *s, const char *owner, const char *digest, double until,
+                             job_row *row) {
+  sql_text(s, BY_DIGEST, ":owner", owner);
   sql_text(s, BY_DIGEST, ":digest", digest);
   sql_real(s, BY_DIGEST, ":until", until);
   return sql_fetch(s, BY_DIGEST, row);
@@ -221,7 +223,13 @@ store_result store_shift(store *s, double by) {
   return result;
 }
 
+int64_t store_job_bytes(store *s, const char *owner) {
+  sql_text(s, JOB_BYTES, ":owner", owner);
+  return (int64_t)sql_number_of(s, JOB_BYTES, 0);
+}
+
 store_result store_list(store *s, const store_filter *f, store_visit *visit, void *context) {
+  sql_text(s, LIST, ":owner", f->owner != NULL ? f->owner : "");
   sql_text(s, LIST, ":processes", f->processes);
   sql_long(s, LIST, ":states", f->states);
   sql_real(s, LIST, ":created_least", f->created_least);

@@ -70,8 +70,10 @@ store_result store_extra(store *s, int64_t number, job_extra *extra);
 store_result store_by_key(store *s, const char *submitter, const char *key, job_row *row,
                           char digest[JOB_DIGEST]);
 
-/* The newest successful job with this digest that is there until `until`. */
-store_result store_by_digest(store *s, const char *digest, double until, job_row *row);
+/* The newest successful job with this digest that is there until `until`, of `owner` if that is not
+ * "". */
+store_result store_by_digest(store *s, const char *owner, const char *digest, double until,
+                             job_row *row);
 
 /* Removes a job and its parts. */
 store_result store_remove(store *s, int64_t number);
@@ -87,8 +89,13 @@ store_result store_expired(store *s, double now, store_visit *visit, void *conte
 /* The earliest `expires` of a job; INFINITY without any. */
 double store_first_expiry(store *s);
 
+/* Bytes of the requests of jobs that are not over and of the results of all, of those of
+ * `owner` if that is not "". Cost: all jobs. */
+int64_t store_job_bytes(store *s, const char *owner);
+
 /* Which jobs a list shows. */
 typedef struct {
+  const char *owner;   /* only those of this submitter; NULL or "": of all */
   char processes[512]; /* ",solve,apply,", "" for all */
   unsigned states;     /* set of 1 << job_state */
   double created_least, created_most;
@@ -145,8 +152,8 @@ int store_data_files(const store *s);
 store_result store_data_add(store *s, const data_row *row);
 store_result store_data(store *s, const char *id, data_row *row);
 
-/* Sum of all sizes. */
-int64_t store_data_bytes(store *s);
+/* Sum of all sizes, of those of `owner` if that is not "". */
+int64_t store_data_bytes(store *s, const char *owner);
 
 /* It stays at least until `expires`. */
 store_result store_data_renew(store *s, const char *id, double expires);

@@ -72,7 +72,7 @@ static const char schema[] =
     "CREATE TABLE log({line definition}job {long}, time {real}, text TEXT);"
     "CREATE INDEX log_job ON log(job);"
     "CREATE TABLE data(id TEXT PRIMARY KEY, type TEXT, size {long}, created {real}, expires "
-    "{real});"
+    "{real}, owner TEXT DEFAULT '');"
     "CREATE INDEX data_expires ON data(expires);"
     "CREATE TABLE pins(data TEXT, job {long});"
     "CREATE INDEX pins_data ON pins(data);"
@@ -83,7 +83,8 @@ static const char *const steps[STORE_VERSION] = {
     [1] =
         "ALTER TABLE jobs ADD COLUMN holder TEXT DEFAULT '';"
         "ALTER TABLE jobs ADD COLUMN phase TEXT DEFAULT '';"
-        "ALTER TABLE jobs ADD COLUMN residual {real} DEFAULT 0;",
+        "ALTER TABLE jobs ADD COLUMN residual {real} DEFAULT 0;"
+        "ALTER TABLE data ADD COLUMN owner TEXT DEFAULT '';",
 };
 
 static const char *const statements[STATEMENTS] = {
@@ -111,7 +112,9 @@ static const char *const statements[STATEMENTS] = {
     [KEY_DIGEST] = "SELECT digest FROM jobs WHERE number = :number",
     [BY_DIGEST] =
         "SELECT {columns}, number FROM jobs WHERE digest = :digest AND digest <> '' "
-        "AND reusable = 1 AND state = 2 AND expires > :until ORDER BY number DESC LIMIT 1",
+        "AND reusable = 1 AND state = 2 AND expires > :until AND (:owner = '' OR submitter = "
+        ":owner) "
+        "ORDER BY number DESC LIMIT 1",
     [REMOVE] = "DELETE FROM jobs WHERE number = :number OR (parent = :number AND parent > 0)",
     [REMOVE_LOG] = "DELETE FROM log WHERE job = :number",
     [ACTIVE] = "SELECT {columns}, number FROM jobs WHERE state <= 1 ORDER BY number",
@@ -122,6 +125,10 @@ static const char *const statements[STATEMENTS] = {
     [PART_STATES] =
         "SELECT state, count(*) FROM jobs WHERE parent = :number AND parent > 0 "
         "GROUP BY state",
+    [JOB_BYTES] =
+        "SELECT CAST(coalesce(sum(CASE WHEN state <= 1 AND parent = 0 THEN size WHEN state = 2 "
+        "THEN "
+        "result_size ELSE 0 END), 0) AS {long}) FROM jobs WHERE :owner = '' OR submitter = :owner",
     [LIST] =
         "SELECT {columns}, number FROM jobs "
         "WHERE (:processes = '' OR {place in}(:processes, ',' || process || ',') > 0) "
@@ -130,7 +137,8 @@ static const char *const statements[STATEMENTS] = {
         "AND (:timed = 0 OR (started > 0 AND "
         "CASE WHEN finished > 0 THEN finished ELSE :now END - started BETWEEN :seconds_least AND "
         ":seconds_most)) "
-        "AND parent = :parent ORDER BY number DESC LIMIT :limit OFFSET :offset",
+        "AND parent = :parent AND (:owner = '' OR submitter = :owner) "
+        "ORDER BY number DESC LIMIT :limit OFFSET :offset",
     [ADD_CALL] = "INSERT INTO calls(job, kind, attempts, due) VALUES(:number, :kind, 0, :due)",
     [CALLS] = "SELECT number, job, kind, attempts, due FROM calls ORDER BY due LIMIT :limit",
     [UPDATE_CALL] = "UPDATE calls SET attempts = :attempts, due = :due WHERE number = :number",
@@ -149,11 +157,14 @@ static const char *const statements[STATEMENTS] = {
         "SELECT time, text FROM (SELECT {line} AS line, time, text FROM log WHERE job = :number "
         "ORDER BY {line} DESC LIMIT :limit) AS last ORDER BY line",
     [ADD_DATA] =
-        "INSERT INTO data(id, type, size, created, expires) VALUES(:id, :type, :size, :created, "
-        ":expires) ON CONFLICT(id) DO UPDATE SET expires = {greater of}(data.expires, "
+        "INSERT INTO data(id, type, size, created, expires, owner) VALUES(:id, :type, :size, "
+        ":created, :expires, :owner) ON CONFLICT(id) DO UPDATE SET expires = {greater "
+        "of}(data.expires, "
         "excluded.expires)",
-    [DATA] = "SELECT type, size, created, expires FROM data WHERE id = :id",
-    [DATA_BYTES] = "SELECT CAST(coalesce(sum(size), 0) AS {long}) FROM data",
+    [DATA] = "SELECT type, size, created, expires, owner FROM data WHERE id = :id",
+    [DATA_BYTES] =
+        "SELECT CAST(coalesce(sum(size), 0) AS {long}) FROM data WHERE :owner = '' OR owner = "
+        ":owner",
     [RENEW_DATA] = "UPDATE data SET expires = {greater of}(expires, :expires) WHERE id = :id",
     [DATA_PINNED] =
         "SELECT 1 FROM pins JOIN jobs ON number = job WHERE pins.data = :id AND state <= 1 LIMIT 1",

@@ -1,9 +1,8 @@
-/* member.h - members of an object that is being written. */
+/* member.h - members of an object that is being written. Test: unit.emit. */
 #ifndef SCATTERD_MEMBER_H
 #define SCATTERD_MEMBER_H
 
 #include "emit.h"
-#include "scatter/diagnose.h"
 
 void member_number(emit *e, const char *key, double value); /* left out where not finite */
 void member_integer(emit *e, const char *key, int64_t value);
@@ -15,8 +14,5 @@ void member_doubles(emit *e, const char *key, const double *value, int64_t n);
 /* An array of numbers [n], and one of rows [n][components]. */
 void emit_array(emit *e, const double *value, int64_t n);
 void emit_rows(emit *e, const double *value, int64_t n, int components);
-
-/* {"l1","l2","linf","l2_relative","linf_all","points"} */
-void emit_norms(emit *e, const sct_norms *norms);
 
 #endif

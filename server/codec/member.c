@@ -42,14 +42,3 @@ void emit_rows(emit *e, const double *value, int64_t n, int components) {
   const int64_t shape[2] = {n, components};
   emit_doubles(e, value, 2, shape);
 }
-
-void emit_norms(emit *e, const sct_norms *norms) {
-  emit_object(e);
-  member_number(e, "l1", norms->l1);
-  member_number(e, "l2", norms->l2);
-  member_number(e, "linf", norms->linf);
-  member_number(e, "l2_relative", norms->l2_relative);
-  member_number(e, "linf_all", norms->linf_all);
-  member_integer(e, "points", norms->points);
-  emit_end(e);
-}
