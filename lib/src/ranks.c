@@ -186,8 +186,8 @@ static void fill_rhs(shared *s, const double *phi) {
 }
 
 static void release(shared *s) {
-  const petsc_calls *p = s->by.petsc;
-  if (s->product != NULL) (void)p->VecDestroy(&s->product);
+  const bool is_abandoned = s->by.matrix == NULL; /* with all that was made beside it */
+  if (s->product != NULL && !is_abandoned) (void)s->by.petsc->VecDestroy(&s->product);
   krylov_drop(&s->by);
   petsc_keep(&s->by.blocks);
   sct_release(&s->start);

@@ -83,6 +83,8 @@ static const parameter table[] = {
      "times a job is started when its worker or the daemon dies; then it has failed"},
     {"result-seconds", SECONDS, "s", AT(result_seconds), "604800", 1, 1e9,
      "time that a job and its results stay after its end"},
+    {"job-bytes", BYTES, "bytes", AT(job_bytes), "20GiB", 0, NO_END,
+     "sum of the stored requests and results of all jobs; what would be more is answered 507"},
     {"reuse-results", COUNT, "", AT(reuse_results), "1", 0, 1,
      "1: a job may be answered with the stored result of an equal request; 0: each is computed"},
     {"batch-parts", COUNT, "requests", AT(batch_parts), "10000", 1, 1e6, "requests of one batch"},

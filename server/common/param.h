@@ -30,6 +30,7 @@ typedef struct {
   int64_t recycle; /* requests */
   int64_t queue;   /* requests */
   int64_t connections;
+  int64_t job_bytes;  /* of requests and results of all jobs */
   int64_t data_bytes; /* of all objects under /data */
   double data_seconds;
   char fetch_hosts[PARAM_TEXT];

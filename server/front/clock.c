@@ -2,7 +2,6 @@
 
 #include <math.h>
 #include <stdlib.h>
-#include <time.h>
 
 #include "callback.h"
 #include "data.h"
@@ -13,31 +12,23 @@ static const double retry_seconds = 1; /* when the dates could not be stored */
 
 struct clock_watch {
   const service *service;
-  double offset; /* of the time of day to the time since boot */
-  double retry;  /* loop_now before which it is not tried again */
+  double retry; /* loop_now before which it is not tried again */
 };
 
-/* The time since boot counts what a machine sleeps: a result may expire while nobody is awake. */
-static double offset_now(void) {
-  struct timespec t;
-  clock_gettime(CLOCK_BOOTTIME, &t);
-  return unix_now() - ((double)t.tv_sec + 1e-9 * (double)t.tv_nsec);
-}
-
-static double step(const clock_watch *w) {
-  const double by = offset_now() - w->offset;
-  return fabs(by) < least_step ? 0 : by;
+static bool was_set(double by) {
+  return fabs(by) >= least_step;
 }
 
 void clock_watch_look(clock_watch *w) {
   const service *s = w->service;
-  const double by = step(w);
-  if (by == 0 || loop_now() < w->retry) return;
-  if (store_shift(s->store, by) != STORE_OK) {
+  const double by = unix_step();
+  if (was_set(by) && loop_now() < w->retry) return;
+  if (was_set(by) && store_shift(s->store, by) != STORE_OK) {
     w->retry = loop_now() + retry_seconds;
     return;
   }
-  w->offset += by;
+  unix_follow();
+  if (!was_set(by)) return;
   jobs_shift(s->jobs, by);
   data_shift(s->data, by);
   callbacks_shift(s->callbacks, by);
@@ -47,7 +38,7 @@ void clock_watch_look(clock_watch *w) {
 
 static double due(void *self) {
   const clock_watch *w = self;
-  return step(w) == 0 ? INFINITY : w->retry;
+  return was_set(unix_step()) ? w->retry : INFINITY;
 }
 
 static void run(void *self) {
@@ -57,7 +48,8 @@ static void run(void *self) {
 clock_watch *clock_watch_new(loop *l, const service *s) {
   clock_watch *w = calloc(1, sizeof *w);
   if (w == NULL) return NULL;
-  *w = (clock_watch){.service = s, .offset = offset_now()};
+  *w = (clock_watch){.service = s};
+  unix_follow();
   loop_add(l, (loop_chore){due, run, w});
   return w;
 }

@@ -2,8 +2,9 @@
  *
  * What is kept for a time is stored with the date at which that ends, because it has to outlive the
  * daemon. So when the time of day is set while the daemon runs, these dates are moved with it: what
- * had an hour left has an hour left. All that waits within the process goes by loop_now, which
- * nobody sets. Steps below 10 s are left alone. Test: http.clock.
+ * had an hour left has an hour left; until that is stored unix_now goes on as before. All that
+ * waits within the process goes by loop_now, which nobody sets. Smaller steps than 10 s are just
+ * followed. Test: http.clock.
  */
 #ifndef SCATTERD_CLOCK_H
 #define SCATTERD_CLOCK_H

@@ -165,6 +165,11 @@ static void narrow(void *self, const char *submitter, ipc_ask *ask) {
   gate_ask_again(self, submitter, ask);
 }
 
+static bool keep(void *self, const char *submitter, int64_t size,
+                 const allowance_counter *counter) {
+  return gate_keep(self, submitter, size, counter);
+}
+
 /* While root, which may be the only one to read the files. */
 static bool start_access(front *f, fault *why) {
   const parameters *set = f->set;
@@ -203,7 +208,7 @@ static bool start(front *f, fault *why) {
   if (f->service.clock == NULL) return fault_set(why, "out of memory");
   f->service.jobs = jobs_new(f->loop, f->set, f->service.pool, f->service.store, why);
   if (f->service.jobs == NULL) return false;
-  jobs_on_ask(f->service.jobs, narrow, f->service.gate);
+  jobs_on_owners(f->service.jobs, &(job_owners){f->service.gate, narrow, keep});
   f->service.waits = waits_new(f->loop);
   f->service.streams = streams_new(f->loop, f->set);
   f->service.outbound = outbound_new(f->loop);

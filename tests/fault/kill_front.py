@@ -130,7 +130,7 @@ class Client(threading.Thread):
             count = 0
             while not self.stopped:
                 count += 1
-                if count % 8 == 0:
+                if count % 4 == 0:
                     self.upload(count)
                 else:
                     self.submit(count)
@@ -171,6 +171,16 @@ def jobs_listed(server):
             return total
 
 
+def wait_for_work(clients, generator):
+    """Until some more jobs are accepted, and a moment; soon at times, in the middle of a start."""
+    def accepted():
+        return sum(len(client.jobs) for client in clients)
+    wanted, end = accepted() + generator.choice([0, 2, 10]), time.monotonic() + 20
+    while accepted() < wanted and time.monotonic() < end:
+        time.sleep(0.002)
+    time.sleep(generator.choice([0, 0.01, 0.1]) * generator.random())
+
+
 def main(kills):
     print(f"SCATTERD_SEED={SEED}", flush=True)
     generator = random.Random(SEED)
@@ -180,7 +190,7 @@ def main(kills):
         client.start()
     try:
         for k in range(kills):
-            time.sleep(generator.choice([0.1, 0.5, 2]) * generator.random())
+            wait_for_work(clients, generator)
             moment.kill()
             if k % 20 == 19:
                 print(f"{k + 1} kills, {sum(len(c.jobs) for c in clients)} jobs", flush=True)

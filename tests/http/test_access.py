@@ -319,7 +319,7 @@ class References(Guarded):
 
 class Limits(Guarded):
     limits = {"few": ["jobs=2"], "short": ["seconds=0.3"], "small": ["body-bytes=1000"],
-              "poor": ["data-bytes=50"], "slow": ["rate=0.5", "burst=3"], "free": []}
+              "poor": ["data-bytes=50", "job-bytes=50000"], "slow": ["rate=0.5", "burst=3"], "free": []}
     options = ["--workers", "4"]
 
     def test_jobs(self):
@@ -385,6 +385,19 @@ class Limits(Guarded):
                             "of the token")
         self.assertEqual(self.say("poor", "POST", "/data", first, kind).status, 200)
         self.assertEqual(self.say("free", "POST", "/data", json.dumps("b" * 30), kind).status, 201)
+
+    def test_stored_jobs(self):
+        def submit(k):
+            reply = self.submit("poor", f"sleep 60 {k}".ljust(20000))
+            return reply.status if reply.status != 201 else "/jobs/" + reply.json["jobID"]
+        jobs = [submit(1), submit(2)]
+        self.assertEqual(submit(3), 507)
+        self.assertEqual(self.submit("free", "others go on".ljust(60000)).status, 201)
+        for job in jobs:
+            self.assertEqual(self.say("poor", "DELETE", job).status, 200)
+        last = daemon.wait_until(lambda: self.submit("poor", "x".ljust(20000)).status == 201,
+                                 "room again")
+        self.assertTrue(last)
 
     def test_rate(self):
         replies = [self.say("slow", "GET", "/conformance") for _ in range(5)]
@@ -643,6 +656,52 @@ class Watchers(Guarded):
     def test_metrics_without_a_token(self):
         self.assertEqual(self.get("/metrics").status, 200)
         self.assertEqual(self.get("/jobs").status, 401)
+
+
+class Leaks(Guarded):
+    """What strangers and owners can learn of the machine from refusals."""
+
+    limits = {"alice": ["rate=1000"], "few": ["jobs=0", "body-bytes=10", "data-bytes=1"]}
+    options = ["--workers", "1", "--seconds", "0.5", "--fetch-hosts", "127.0.0.1:9"]
+    stub = False
+
+    def replies(self):
+        kind = {"Content-Type": "application/json"}
+        apply, echo = "/processes/apply/execution", "/processes/echo/execution"
+        href = json.dumps({"inputs": {"cloud": {"href": "http://127.0.0.1:9/x"}, "field": 1}})
+        pause = json.dumps({"inputs": {"message": "", "pause": 9}})
+        for who in (None, "alice", "few"):
+            for method, path, body, headers in [
+                    ("GET", "/nothing", None, {}), ("GET", "/%zz", None, {}),
+                    ("PUT", "/jobs", None, {}), ("GET", "/jobs?limit=x", None, {}),
+                    ("GET", "/jobs", None, {"Accept": "image/png"}),
+                    ("GET", "/assets/../../etc/passwd", None, {}),
+                    ("GET", "/data/../jobs.db", None, {}), ("GET", "/jobs/..%2flock", None, {}),
+                    ("GET", "/processes/..%2f..%2fx", None, {}), ("POST", apply, "{", kind),
+                    ("POST", apply, "{}", {"Content-Type": "text/plain"}),
+                    ("POST", apply, "x" * 20, kind), ("POST", apply, href, kind),
+                    ("POST", apply, href, ASYNC), ("POST", echo, pause, kind),
+                    ("POST", "/data", "{", kind), ("POST", "/data", "[1,2]", kind),
+                    ("POST", "/Evaluate", "{}", kind), ("POST", "/processes/x/execution", "", kind),
+                    ("DELETE", "/jobs/x", None, {}), ("DELETE", "/data/x", None, {}),
+                    ("POST", apply, "{}", {**kind, "Origin": "http://evil"}),
+                    ("GET", "/healthz", None, {"X": 20000 * "x"})]:
+                yield self.say(who, method, path, body, headers)
+        yield self.daemon.request("GET", "/x" * 20000)
+
+    def test_no_paths_and_no_versions(self):
+        version = subprocess.run([daemon.program(stub=False), "--version"], check=True,
+                                 capture_output=True, text=True).stdout.split()[1]
+        secrets = (self.daemon.directory, self.file.path, self.file.secret["alice"], version,
+                   "microhttpd", "sqlite", "jobs.db", "/usr/", "/home/", "/proc/", "root:")
+        seen = set()
+        for reply in self.replies():
+            text = reply.body.decode() + str(reply.headers)
+            seen.add(reply.status)
+            for word in secrets:
+                self.assertNotIn(word, text.replace("/data/../jobs.db", ""))
+            self.assertIsNone(reply.headers["Server"])
+        self.assertGreaterEqual(seen, {400, 401, 403, 404, 405, 406, 413, 414, 415, 429, 431, 504})
 
 
 class After(unittest.TestCase):

@@ -103,6 +103,12 @@ static token *find(tokens *t, const char *field) {
   return NULL;
 }
 
+bool gate_keep(gate *g, const char *submitter, int64_t size, const allowance_counter *counter) {
+  token *t = g->tokens != NULL ? tokens_named(g->tokens, submitter) : NULL;
+  if (t == NULL || t->most.job_bytes == INT64_MAX) return true;
+  return allowance_take(&t->kept, size, t->most.job_bytes, loop_now(), counter);
+}
+
 int64_t gate_data_bytes(const gate *g, const char *owner) {
   const token *t = g->tokens != NULL ? tokens_named(g->tokens, owner) : NULL;
   return t != NULL ? t->most.data_bytes : INT64_MAX;

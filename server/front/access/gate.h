@@ -6,6 +6,7 @@
 #ifndef SCATTERD_GATE_H
 #define SCATTERD_GATE_H
 
+#include "allowance.h"
 #include "exchange.h"
 #include "ipc.h"
 #include "param.h"
@@ -29,6 +30,9 @@ bool gate_check(gate *g, exchange *x);
 /* What a request may use, by its owner; its job later, by its submitter. */
 void gate_ask(const gate *g, const exchange *x, ipc_ask *ask);
 void gate_ask_again(const gate *g, const char *submitter, ipc_ask *ask);
+
+/* May `size` bytes more of a submitter's jobs be kept? Then they are taken off what it may have. */
+bool gate_keep(gate *g, const char *submitter, int64_t size, const allowance_counter *counter);
 
 /* Bytes that an owner may have under /data; no limit without one. */
 int64_t gate_data_bytes(const gate *g, const char *owner);

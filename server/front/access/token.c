@@ -21,6 +21,7 @@ const token_limits token_unlimited = {.jobs = INT64_MAX,
                                       .points = INT64_MAX,
                                       .body_bytes = INT64_MAX,
                                       .data_bytes = INT64_MAX,
+                                      .job_bytes = INT64_MAX,
                                       .seconds = INFINITY,
                                       .rate = INFINITY,
                                       .burst = 0};
@@ -40,6 +41,7 @@ static const struct {
     {"points", offsetof(token_limits, points), true, false, 1, 9e15},
     {"body-bytes", offsetof(token_limits, body_bytes), true, true, 0, 9e15},
     {"data-bytes", offsetof(token_limits, data_bytes), true, true, 0, 9e15},
+    {"job-bytes", offsetof(token_limits, job_bytes), true, true, 0, 9e15},
     {"seconds", offsetof(token_limits, seconds), false, false, 0.01, 1e7},
     {"rate", offsetof(token_limits, rate), false, false, 1e-6, 1e9},
     {"burst", offsetof(token_limits, burst), false, false, 1, 1e9},
@@ -69,7 +71,7 @@ static bool read_limit(token_limits *most, const char *word, fault *why) {
   }
   return fault_set(why,
                    "got \"%.60s\", needs sha256:DIGEST or one of jobs, points, body-bytes, "
-                   "data-bytes, seconds, rate, burst with = and a number",
+                   "data-bytes, job-bytes, seconds, rate, burst with = and a number",
                    word);
 }
 
@@ -182,10 +184,13 @@ static bool check_mode(FILE *file, const char *path, bool *is_public, fault *why
                    (unsigned)facts.st_mode & 0777);
 }
 
-static void keep_buckets(tokens *t, const tokens *old) {
+/* What was used stays used. */
+static void keep_used(tokens *t, const tokens *old) {
   for (int k = 0; old != NULL && k < old->count; k++) {
     token *same = tokens_named(t, old->all[k].name);
-    if (same != NULL) same->bucket = old->all[k].bucket;
+    if (same == NULL) continue;
+    same->bucket = old->all[k].bucket;
+    same->kept = old->all[k].kept;
   }
 }
 
@@ -199,7 +204,7 @@ tokens *tokens_read(const char *path, const tokens *old, bool *is_public, fault 
   }
   good = check_mode(file, path, is_public, why) && read_lines(t, file, path, why);
   if (good && t->count == 0) good = fault_set(why, "tokens: %.200s has no token", path);
-  if (good) keep_buckets(t, old);
+  if (good) keep_used(t, old);
 done:
   if (file != NULL) fclose(file);
   if (!good) tokens_free(&t);

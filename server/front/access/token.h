@@ -15,6 +15,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "allowance.h"
 #include "bucket.h"
 #include "digest.h"
 #include "fault.h"
@@ -28,6 +29,7 @@ typedef struct {
   int64_t points;     /* of a cloud */
   int64_t body_bytes; /* as sent */
   int64_t data_bytes; /* of its objects under /data, in all */
+  int64_t job_bytes;  /* of the requests and results of its jobs, in all */
   double seconds;     /* of one solve */
   double rate, burst; /* requests per second; at once */
 } token_limits;
@@ -40,6 +42,7 @@ typedef struct {
   int secrets;
   token_limits most;
   bucket bucket;
+  allowance kept; /* of job_bytes */
 } token;
 
 typedef struct tokens tokens;

@@ -12,12 +12,6 @@
 
 #include "job_inner.h"
 
-double unix_now(void) {
-  struct timespec t;
-  clock_gettime(CLOCK_REALTIME, &t);
-  return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
-
 /* ---- The jobs in memory ---- */
 
 static int by_id(const void *a, const void *b) {
@@ -225,10 +219,8 @@ int64_t jobs_of(const jobs *j, const char *submitter) {
   return job_tally_of(&j->tally, submitter);
 }
 
-void jobs_on_ask(jobs *j, void (*narrow)(void *self, const char *submitter, ipc_ask *ask),
-                 void *self) {
-  j->narrow = narrow;
-  j->narrow_self = self;
+void jobs_on_owners(jobs *j, const job_owners *owners) {
+  j->owners = *owners;
 }
 
 int64_t jobs_most_memory(const jobs *j) {

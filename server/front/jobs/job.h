@@ -7,6 +7,7 @@
 #ifndef SCATTERD_JOB_H
 #define SCATTERD_JOB_H
 
+#include "allowance.h"
 #include "job_row.h"
 #include "loop.h"
 #include "param.h"
@@ -58,9 +59,14 @@ int jobs_retry_after(const jobs *j);
 /* How many jobs of a submitter are not over, each request of a batch being one. */
 int64_t jobs_of(const jobs *j, const char *submitter);
 
-/* Who lowers what a run may use by what its submitter may. */
-void jobs_on_ask(jobs *j, void (*narrow)(void *self, const char *submitter, ipc_ask *ask),
-                 void *self);
+/* Who knows what submitters may use: lowers what a run may; says whether `size` bytes more may be
+ * kept, and then takes them off. */
+typedef struct {
+  void *self;
+  void (*narrow)(void *self, const char *submitter, ipc_ask *ask);
+  bool (*keep)(void *self, const char *submitter, int64_t size, const allowance_counter *counter);
+} job_owners;
+void jobs_on_owners(jobs *j, const job_owners *owners);
 
 /* Most memory (bytes) that one job may be estimated to need. */
 int64_t jobs_most_memory(const jobs *j);
@@ -147,8 +153,6 @@ job_counts jobs_counts(const jobs *j);
 
 /* Who is told when there may be a call to a subscriber to be made. */
 void jobs_on_change(jobs *j, void (*changed)(void *self), void *self);
-
-double unix_now(void); /* seconds since 1970 */
 
 /* The time of day was set by so many seconds, and the dates of the store with it (clock.h). */
 void jobs_shift(jobs *j, double by);

@@ -3,6 +3,7 @@
 #ifndef SCATTERD_JOB_INNER_H
 #define SCATTERD_JOB_INNER_H
 
+#include "allowance.h"
 #include "job.h"
 #include "job_queue.h"
 #include "job_tally.h"
@@ -64,10 +65,10 @@ struct jobs {
   double mean; /* seconds of a run, weighted towards the recent ones */
   bool stopped;
   job_counts counts;
+  allowance bytes; /* of requests and results */
   void (*told)(void *self);
   void *told_self;
-  void (*narrow)(void *self, const char *submitter, ipc_ask *ask); /* NULL: nobody does */
-  void *narrow_self;
+  job_owners owners;
 };
 
 /* job.c */

@@ -239,7 +239,8 @@ static ipc_ask ask_of(const job *c) {
                  .limits = set->limits};
   ask.limits.seconds = set->job_seconds;
   snprintf(ask.process, sizeof ask.process, "%s", c->row.process);
-  if (c->all->narrow != NULL) c->all->narrow(c->all->narrow_self, c->row.submitter, &ask);
+  const job_owners *owners = &c->all->owners;
+  if (owners->narrow != NULL) owners->narrow(owners->self, c->row.submitter, &ask);
   return ask;
 }
 

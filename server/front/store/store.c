@@ -212,6 +212,7 @@ double store_first_expiry(store *s) {
 
 store_result store_shift(store *s, double by) {
   static const statement shifts[] = {SHIFT_JOBS, SHIFT_CALLS, SHIFT_DATA};
+  if (s->door->shared) return STORE_OK; /* others' clocks are right */
   store_result result = store_begin(s);
   for (int k = 0; k < 3 && result == STORE_OK; k++) {
     sql_real(s, shifts[k], ":by", by);
@@ -220,6 +221,11 @@ store_result store_shift(store *s, double by) {
   if (result == STORE_OK) result = store_commit(s);
   if (result != STORE_OK) store_rollback(s);
   return result;
+}
+
+int64_t store_job_bytes(store *s, const char *owner) {
+  sql_text(s, JOB_BYTES, ":owner", owner);
+  return (int64_t)sql_number_of(s, JOB_BYTES, 0);
 }
 
 store_result store_list(store *s, const store_filter *f, store_visit *visit, void *context) {

@@ -125,6 +125,10 @@ static const char *const statements[STATEMENTS] = {
     [PART_STATES] =
         "SELECT state, count(*) FROM jobs WHERE parent = :number AND parent > 0 "
         "GROUP BY state",
+    [JOB_BYTES] =
+        "SELECT CAST(coalesce(sum(CASE WHEN state <= 1 AND parent = 0 THEN size WHEN state = 2 "
+        "THEN "
+        "result_size ELSE 0 END), 0) AS {long}) FROM jobs WHERE :owner = '' OR submitter = :owner",
     [LIST] =
         "SELECT {columns}, number FROM jobs "
         "WHERE (:processes = '' OR {place in}(:processes, ',' || process || ',') > 0) "

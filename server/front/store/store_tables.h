@@ -44,6 +44,7 @@ typedef enum {
   EXPIRED,
   FIRST_EXPIRY,
   PART_STATES,
+  JOB_BYTES,
   LIST,
   ADD_CALL,
   CALLS,
