@@ -193,7 +193,7 @@ static bool read_solve(task *t, const places *p, const item *from, const item *p
   item inputs = *from;
   inputs.doc = replaced_inputs(t, p, from, parameters, &m->in);
   if (!inputs.doc) return false;
-  bool good = read_object(t, &inputs, solve_inputs) && by_href_resolve(t, &inputs);
+  bool good = read_object(t, &inputs, solve_inputs) && by_href_resolve(t, &inputs, NULL);
   solve_input_read(t, &inputs, &m->solve.in);
   t->cloud = &m->solve.in.cloud;
   return good && task_is_well(t);
