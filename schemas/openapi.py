@@ -26,7 +26,10 @@ PAGE = {"description": "The same for reading.", "type": "string"}
 
 FAILURES = {
     "400": "The request or one of its values is wrong; `errors` points to the culprits.",
-    "404": "There is no such resource, or its results are not there yet.",
+    "401": "There is no token with the request, or not a good one; WWW-Authenticate says how to send "
+    "it.",
+    "403": "A web page of another origin sent this.",
+    "404": "There is no such resource, it is somebody else's, or its results are not there yet.",
     "406": "None of the media types or codings accepted can be served.",
     "408": "The request did not arrive in time.",
     "409": "The same bytes are kept as another media type; or a job needs the data.",
@@ -36,9 +39,11 @@ FAILURES = {
     "414": "The address is too long.",
     "415": "The media type or content coding of the body is unknown.",
     "416": "The range is beyond the end.",
+    "421": "This service is not called by the name in Host.",
     "422": "The problem is well formed but cannot be solved, or not within the memory of a worker; "
     "or an Idempotency-Key belongs to another request.",
-    "429": "Too many jobs wait already; Retry-After says when to come back.",
+    "429": "Too many jobs wait already, or more than the token may have or ask for; Retry-After says "
+    "when to come back.",
     "431": "The header is too large.",
     "500": "The worker or the store failed.",
     "501": "The transfer coding of the body is unknown.",
@@ -47,11 +52,13 @@ FAILURES = {
     "507": "There is no room for the body or the job.",
 }
 # What HTTP itself may be answered, whatever the path.
-OF_EVERY_REQUEST = ("400", "408", "413", "414", "431", "501", "503", "507")
+OF_EVERY_REQUEST = ("400", "401", "408", "413", "414", "421", "429", "431", "501", "503", "507")
+OF_EVERY_CHANGE = ("403",)
+OF_TOKENS = ("401", "429")
 OF_WORKERS = ("422", "500", "504")
 # The headers that failures have besides those of every answer.
 WAITED = ("Preference-Applied", "Content-Location")
-HEADERS_OF = {"404": ["Retry-After"], "429": ["Retry-After"], "503": ["Retry-After"],
+HEADERS_OF = {"401": ["WWW-Authenticate"], "404": ["Retry-After"], "429": ["Retry-After"], "503": ["Retry-After"],
               "415": ["Accept", "Accept-Encoding"], "416": ["Content-Range", "ETag",
                                                              "Cache-Control", "Accept-Ranges"],
               "406": ["ETag"], "422": WAITED, "500": WAITED, "504": WAITED}
@@ -60,7 +67,9 @@ ABOUT = (
     " HEAD works wherever GET does; OPTIONS tells the methods of a path. A method that a path does "
     "not know is answered 405 with Allow, any other path 404. Every failure is a problem document "
     "(RFC 9457), also readable as application/json; under the paths of UM-Bridge it is an error in "
-    "its form."
+    "its form. Where the operator wants it so, all but /healthz and /readyz need a token, as bearer "
+    "token or as the password of its name; jobs and data are then there for the token that made them, "
+    "for all others they do not exist."
 )
 
 TAGS = {
@@ -86,6 +95,7 @@ HEADERS = {
     "Accept": "Media types that a body may have.",
     "Accept-Encoding": "Codings that a body may have.",
     "Location": "Address of what was made.",
+    "WWW-Authenticate": "How a token is sent: Bearer, Basic.",
     "Accept-Ranges": "bytes: parts can be had.",
     "Content-Range": "Which part this is, of how much.",
     "Content-Location": "Address at which the results stay.",
@@ -248,7 +258,7 @@ def execution(processes):
                 "204": answer("All outputs stand elsewhere.",
                               fields=["Link", *WAITED]),
             },
-            ["404", "406", "411", "415", "429", *OF_WORKERS],
+            ["404", "406", "411", "415", *OF_WORKERS],
             ["Prefer", "Accept-Encoding", "Content-Encoding", "Idempotency-Key", "Cache-Control"],
             body(requests, JSON, CBOR),
             callbacks(processes),
@@ -421,6 +431,12 @@ def models():
     }
 
 
+def for_everybody(item):
+    """A path that needs no token."""
+    item["get"]["security"] = []
+    return item
+
+
 def paths(processes):
     health, state = component("health"), "state"
     document = {"description": "This document.", "type": "object"}
@@ -453,9 +469,9 @@ def paths(processes):
         **jobs(processes),
         **data(),
         **models(),
-        "/healthz": get("health", state, "Whether the daemon lives.", health),
-        "/readyz": get("ready", state, "Whether requests are answered: workers are up, queues have "
-                       "room, the store can be written.", health),
+        "/healthz": for_everybody(get("health", state, "Whether the daemon lives.", health)),
+        "/readyz": for_everybody(get("ready", state, "Whether requests are answered: workers are up, "
+                                     "queues have room, the store can be written.", health)),
         "/metrics": get("metrics", state, "Counters for Prometheus, text format 0.0.4.", {},
                         media=(TEXT,)),
     }
@@ -482,7 +498,7 @@ def options_of(first):
             "Access-Control-Max-Age"]
     return operation(first["operationId"] + "Options", first["tags"][0],
                      "The methods of this path.",
-                     {"204": answer("Allow names them.", fields=told)})
+                     {"204": answer("Allow names them.", fields=told)}) | {"security": []}
 
 
 def complete(item):
@@ -491,15 +507,24 @@ def complete(item):
     if "get" in item:
         item["head"] = head_of(item["get"])
     item["options"] = options_of(methods[0])
+    for name in ("post", "delete"):
+        if name in item:
+            item[name]["responses"] |= failures(*OF_EVERY_CHANGE)
     for name in ("get", "head", "post", "delete", "options"):
         if name in item:
             finish(item[name])
     return item
 
 
+def failures_of(made):
+    """Which failures an operation has whatever it does."""
+    is_open = made.get("security") == []
+    return [status for status in OF_EVERY_REQUEST if not (is_open and status in OF_TOKENS)]
+
+
 def finish(made):
     made["parameters"] = [*made.get("parameters", []), *use("X-Request-Id", "Origin")]
-    for status, found in failures(*OF_EVERY_REQUEST).items():
+    for status, found in failures(*failures_of(made)).items():
         made["responses"].setdefault(status, found)
     for found in made["responses"].values():
         if "$ref" not in found:
@@ -532,7 +557,7 @@ def document(version, title, about, schemas, processes):
             },
         },
         "servers": [{"url": "{B}"}],
-        "security": [],
+        "security": [{"bearer": []}, {"basic": []}, {}],
         "tags": [{"name": name, "description": words} for name, words in TAGS.items()],
         "paths": {path: complete(item) for path, item in paths(processes).items()},
         "components": {
@@ -541,5 +566,11 @@ def document(version, title, about, schemas, processes):
             "headers": {name: {"description": words, "schema": text()}
                         for name, words in HEADERS.items()},
             "responses": responses(),
+            "securitySchemes": {
+                "bearer": {"type": "http", "scheme": "bearer",
+                           "description": "The secret of a token."},
+                "basic": {"type": "http", "scheme": "basic",
+                          "description": "The name of a token and its secret."},
+            },
         },
     }

@@ -9,6 +9,7 @@
 #include "front.h"
 #include "param.h"
 #include "route.h"
+#include "token.h"
 #include "worker.h"
 
 static const char usage[] =
@@ -17,6 +18,10 @@ static const char usage[] =
     "  scatterd run [options] REQUEST     answer one request (.json, .cbor; - is standard input)\n"
     "      --process ID                   which process (solve)\n"
     "      -o FILE                        where the result goes (standard output)\n"
+    "  scatterd token NAME [LIMIT=VALUE...]\n"
+    "                                     make a token: its line of the file of tokens goes to "
+    "the\n"
+    "                                     standard output, its secret to the error output\n"
     "  scatterd --help | --version | --print-parameters | --print-manual |\n"
     "           --print-metrics | --print-routes\n\n"
     "Options, with their defaults; --config FILE reads them from lines `name = value`:\n";
@@ -99,6 +104,17 @@ static int run(parameters *set, int count, char **argv) {
   return worker_run(process != NULL ? process : "solve", argv[0], out, &set->limits);
 }
 
+/* So `scatterd token alice >> FILE` adds the line and shows the secret, which nobody keeps. */
+static int make_token(int count, char **argv) {
+  char secret[TOKEN_SECRET], line[TOKEN_LINE];
+  fault why;
+  if (count == 0) return complain("token: needs a name; see --help");
+  if (!token_make(argv[0], count - 1, argv + 1, secret, line, &why)) return complain(why.text);
+  puts(line);
+  fprintf(stderr, "secret of %s: %s\n", argv[0], secret);
+  return 0;
+}
+
 static int serve(parameters *set, int count, char **argv) {
   fault why;
   if (!param_take(set, &count, argv, &why)) return complain(why.text);
@@ -114,5 +130,6 @@ int main(int argc, char **argv) {
   }
   param_defaults(&set);
   if (argc > 1 && strcmp(argv[1], "run") == 0) return run(&set, argc - 2, argv + 2);
+  if (argc > 1 && strcmp(argv[1], "token") == 0) return make_token(argc - 2, argv + 2);
   return serve(&set, argc - 1, argv + (argc > 0));
 }

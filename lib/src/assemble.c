@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "alloc.h"
+#include "assemble_part.h"
 #include "limited_rows.h"
 #include "points.h"
 #include "row.h"
@@ -209,7 +210,6 @@ static void number_unknowns(sct_system *system, const uint8_t *condition) {
 
 static sct_status check_fields(int64_t n, const sct_fields *fields, bool *diffuses,
                                sct_error *err) {
-  *diffuses = false;
   for (int64_t i = 0; i < n; i++) {
     const double mu = fields->diffusivity[i];
     if (!(mu >= 0 && isfinite(mu))) {
@@ -260,8 +260,14 @@ static void assembly_clear(assembly *job) {
 sct_status sct_system_build(const sct_stencil *stencil, const sct_fields *fields,
                             const sct_boundary *boundary, const sct_work *work, sct_system **out,
                             sct_error *err) {
+  return sct_system_build_part(stencil, fields, boundary, false, work, out, err);
+}
+
+sct_status sct_system_build_part(const sct_stencil *stencil, const sct_fields *fields,
+                                 const sct_boundary *boundary, bool diffuses, const sct_work *work,
+                                 sct_system **out, sct_error *err) {
   const int64_t n = sct_stencil_cloud(stencil)->n;
-  assembly job = {.stencil = stencil, .fields = fields, .boundary = boundary};
+  assembly job = {.stencil = stencil, .fields = fields, .boundary = boundary, .diffuses = diffuses};
   job.blocks = n < CHUNK ? (n + SCT_POINTS_BLOCK - 1) / SCT_POINTS_BLOCK : CHUNK_BLOCKS;
   *out = NULL;
   sct_status status = check_fields(n, fields, &job.diffuses, err);

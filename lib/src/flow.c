@@ -204,6 +204,20 @@ static sct_status lay_out(sct_flow *f, const sct_flow_domain *domain, sct_error 
   return status;
 }
 
+/* A view is only read: its memory is there before, with some to spare. */
+sct_status flow_reserve_views(sct_flow *f, sct_error *err) {
+  const int64_t n = f->particles.n, room = n + n / 8;
+  if (n <= f->view_capacity) return SCT_OK;
+  f->view_capacity = 0;
+  sct_status status = sct_realloc(&f->view_x, 2 * room, sizeof *f->view_x, err);
+  if (status == SCT_OK) status = sct_realloc(&f->view_u, 2 * room, sizeof *f->view_u, err);
+  if (status == SCT_OK && f->options.has_scalar) {
+    status = sct_realloc(&f->view_c, room, sizeof *f->view_c, err);
+  }
+  if (status == SCT_OK) f->view_capacity = room;
+  return status;
+}
+
 sct_status sct_flow_build(const sct_flow_domain *domain, const sct_flow_options *options,
                           sct_flow **out, sct_error *err) {
   sct_flow *f = NULL;
@@ -222,6 +236,7 @@ sct_status sct_flow_build(const sct_flow_domain *domain, const sct_flow_options 
   }
   if (status == SCT_OK) status = flow_bins_fill(f, err);
   if (status == SCT_OK) status = flow_measure(f, NULL, err);
+  if (status == SCT_OK) status = flow_reserve_views(f, err);
   if (status != SCT_OK) sct_flow_free(&f);
   *out = f;
   return status;
@@ -317,6 +332,7 @@ static sct_status one_step(sct_flow *f, double dt, const sct_work *work, sct_err
   if (status == SCT_OK) status = flow_project(f, err);
   if (status == SCT_OK) status = flow_move(f, dt, work, err);
   if (status == SCT_OK) status = flow_exchange(f, dt, err);
+  if (status == SCT_OK) status = flow_reserve_views(f, err);
   f->step = dt;
   f->steps++;
   return status;
@@ -327,11 +343,9 @@ static sct_status one_step(sct_flow *f, double dt, const sct_work *work, sct_err
 static sct_status take_snapshot(sct_flow *f, sct_error *err) {
   flow_snapshot *s = &f->snapshot[f->snapshots];
   const sct_flow_cloud now = sct_flow_particles(f);
-  sct_status status = SCT_OK;
-  if (now.x == NULL) return sct_fail(err, SCT_E_MEMORY, -1, "no memory for a snapshot");
   *s = (flow_snapshot){.time = f->time, .n = now.n};
   f->snapshots++;
-  if (status == SCT_OK) status = sct_alloc(&s->x, 2 * now.n, sizeof *s->x, err);
+  sct_status status = sct_alloc(&s->x, 2 * now.n, sizeof *s->x, err);
   if (status == SCT_OK) status = sct_alloc(&s->u, 2 * now.n, sizeof *s->u, err);
   if (status == SCT_OK && now.c != NULL) status = sct_alloc(&s->c, now.n, sizeof *s->c, err);
   if (status != SCT_OK) return status;
@@ -380,23 +394,9 @@ sct_status sct_flow_advance(sct_flow *f, int64_t steps, const sct_work *work, sc
 
 /* ---- views ---- */
 
-static bool reserve_views(sct_flow *f, int64_t n) {
-  const bool scalar = f->options.has_scalar;
-  if (n <= f->view_capacity) return true;
-  f->view_capacity = 0;
-  if (sct_realloc(&f->view_x, 2 * n, sizeof *f->view_x, NULL) != SCT_OK ||
-      sct_realloc(&f->view_u, 2 * n, sizeof *f->view_u, NULL) != SCT_OK ||
-      (scalar && sct_realloc(&f->view_c, n, sizeof *f->view_c, NULL) != SCT_OK)) {
-    return false;
-  }
-  f->view_capacity = n;
-  return true;
-}
-
 sct_flow_cloud sct_flow_particles(const sct_flow *flow) {
   sct_flow *f = (sct_flow *)flow; /* the views are a cache */
   const flow_particles *p = &f->particles;
-  if (!reserve_views(f, p->n)) return (sct_flow_cloud){.time = f->time};
   for (int64_t k = 0; k < p->n; k++) {
     for (int a = 0; a < 2; a++) {
       f->view_x[2 * k + a] = p->x[a][k];
@@ -418,17 +418,7 @@ sct_flow_cloud sct_flow_snapshot(const sct_flow *f, int64_t k) {
 }
 
 sct_flow_cloud sct_flow_wall_points(const sct_flow *flow) {
-  sct_flow *f = (sct_flow *)flow;
-  if (f->wall_x == NULL && (sct_alloc(&f->wall_x, 2 * f->walls, sizeof *f->wall_x, NULL) ||
-                            sct_alloc(&f->wall_u, 2 * f->walls, sizeof *f->wall_u, NULL))) {
-    return (sct_flow_cloud){.time = f->time};
-  }
-  if (f->wall_u == NULL) return (sct_flow_cloud){.time = f->time};
-  for (int64_t k = 0; k < 2 * f->walls; k++) {
-    f->wall_x[k] = f->wall[k / 2].x[k % 2];
-    f->wall_u[k] = f->wall[k / 2].velocity[k % 2];
-  }
-  return (sct_flow_cloud){f->time, f->walls, f->wall_x, f->wall_u, NULL};
+  return (sct_flow_cloud){flow->time, flow->walls, flow->wall_x, flow->wall_u, NULL};
 }
 
 int64_t sct_flow_history(const sct_flow *f, const sct_flow_sample **sample) {

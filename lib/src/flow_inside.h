@@ -115,6 +115,11 @@ struct sct_flow {
   double *wall_x, *wall_u;
 };
 
+/* ---- flow.c ---- */
+
+/* Memory for the views of the particles there are: after every change of their number. */
+SCT_NODISCARD sct_status flow_reserve_views(sct_flow *f, sct_error *err);
+
 /* ---- flow_bins.c ---- */
 
 /* Sorts everything that sums run over into cells, the particles themselves as well. SCT_E_MEMORY.

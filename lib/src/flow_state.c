@@ -10,7 +10,7 @@
 #include "flow_inside.h"
 
 /* Changes whenever what is in the bytes does. */
-enum { FORMAT = 1 };
+enum { FORMAT = 2 };
 
 typedef struct {
   uint64_t magic, format, owner, size, sum; /* owner: of the flow; sum: of all that follows */
@@ -129,6 +129,11 @@ static void walk(stream *s, sct_flow *f) {
 
 /* ---- save and load ---- */
 
+static uint64_t sum_of(const head *h, const unsigned char *parts) {
+  const int64_t counts[] = {h->particles, h->samples, h->snapshots};
+  return hash(hash(0, counts, sizeof counts), parts, h->size);
+}
+
 sct_status sct_flow_save(const sct_flow *flow, void **bytes, size_t *size, sct_error *err) {
   sct_flow *f = (sct_flow *)flow; /* written only where the stream reads */
   stream count = {0};
@@ -140,14 +145,14 @@ sct_status sct_flow_save(const sct_flow *flow, void **bytes, size_t *size, sct_e
   if (status != SCT_OK) return status;
   stream out = {.at = memory + sizeof(head)};
   walk(&out, f);
-  const head h = {MAGIC,
-                  FORMAT,
-                  owner_of(f),
-                  count.size,
-                  hash(0, memory + sizeof(head), count.size),
-                  f->particles.n,
-                  f->samples,
-                  f->snapshots};
+  head h = {.magic = MAGIC,
+            .format = FORMAT,
+            .owner = owner_of(f),
+            .size = count.size,
+            .particles = f->particles.n,
+            .samples = f->samples,
+            .snapshots = f->snapshots};
+  h.sum = sum_of(&h, memory + sizeof h);
   memcpy(memory, &h, sizeof h);
   *bytes = memory;
   return SCT_OK;
@@ -162,9 +167,9 @@ static sct_status check_head(const sct_flow *f, const unsigned char *bytes, size
   if (h->owner != owner_of(f)) {
     return sct_fail(err, SCT_E_ARGUMENT, -1, "the saved flow is another one");
   }
-  if (h->size != size - sizeof *h || h->sum != hash(0, bytes + sizeof *h, h->size) ||
-      h->particles < 0 || h->samples < 0 || h->samples > f->options.samples + 1 ||
-      h->snapshots < 0 || h->snapshots > f->options.saves) {
+  if (h->size != size - sizeof *h || h->sum != sum_of(h, bytes + sizeof *h) || h->particles < 0 ||
+      h->samples < 0 || h->samples > f->options.samples + 1 || h->snapshots < 0 ||
+      h->snapshots > f->options.saves) {
     return sct_fail(err, SCT_E_ARGUMENT, -1, "the saved flow is damaged");
   }
   return SCT_OK;
@@ -215,5 +220,5 @@ sct_status sct_flow_load(sct_flow *f, const void *bytes, size_t size, sct_error 
     return sct_fail(err, SCT_E_ARGUMENT, -1, "the saved flow is damaged");
   }
   walk(&in, f);
-  return SCT_OK;
+  return flow_reserve_views(f, err);
 }

@@ -65,8 +65,14 @@ sct_status flow_walls_build(sct_flow *f, sct_error *err) {
   for (int64_t k = 0; k < m->bounds; k++) f->inlets += m->bound[k].kind == FACE_INFLOW;
   sct_status status = sct_alloc(&f->wall, f->walls, sizeof *f->wall, err);
   if (status == SCT_OK) status = sct_alloc(&f->inlet, f->inlets, sizeof *f->inlet, err);
+  if (status == SCT_OK) status = sct_alloc(&f->wall_x, 2 * f->walls, sizeof *f->wall_x, err);
+  if (status == SCT_OK) status = sct_alloc(&f->wall_u, 2 * f->walls, sizeof *f->wall_u, err);
   if (status != SCT_OK) return status;
   lay_walls(m, f->wall);
+  for (int64_t k = 0; k < 2 * f->walls; k++) {
+    f->wall_x[k] = f->wall[k / 2].x[k % 2];
+    f->wall_u[k] = f->wall[k / 2].velocity[k % 2];
+  }
   int64_t n = 0;
   for (int64_t k = 0; k < m->bounds; k++) {
     const flow_bound *b = &m->bound[k];

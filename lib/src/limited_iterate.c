@@ -197,6 +197,7 @@ void sct_limited_relax(sct_solve_options *solve) {
   if (chooses && solve->dim < 3) solve->method = "direct";
   solve->backward_error = fmax(solve->backward_error, 1e-8);
   solve->tolerance = 1e-4;
+  solve->work = NULL; /* residuals are told of the iteration around it */
 }
 
 static sct_status substitute(void *solver, const double *r, double *x, sct_error *err) {

@@ -189,11 +189,19 @@ static bool find_functions(void *library) {
   }
   PETSC_CALLS(PETSC_FIND)
 #undef PETSC_FIND
-#ifdef OPEN_MPI /* a communicator is a pointer there, a number else */
+#ifdef OPEN_MPI /* its constants are addresses there, numbers else */
   calls.self = dlsym(library, "ompi_mpi_comm_self");
-  return calls.self != NULL;
+  calls.world = dlsym(library, "ompi_mpi_comm_world");
+  calls.number = dlsym(library, "ompi_mpi_double");
+  calls.sum = dlsym(library, "ompi_mpi_op_sum");
+  calls.most = dlsym(library, "ompi_mpi_op_max");
+  return calls.self && calls.world && calls.number && calls.sum && calls.most;
 #else
   calls.self = MPI_COMM_SELF;
+  calls.world = MPI_COMM_WORLD;
+  calls.number = MPI_DOUBLE;
+  calls.sum = MPI_SUM;
+  calls.most = MPI_MAX;
   return true;
 #endif
 }

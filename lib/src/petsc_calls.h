@@ -15,12 +15,20 @@
 
 /* clang-format off */
 #define PETSC_CALLS(X) \
+  X(MPI_Allgatherv) \
+  X(MPI_Allreduce) \
+  X(MPI_Comm_rank) \
+  X(MPI_Comm_size) \
+  X(PetscFinalize) \
   X(PetscInitializeNoArguments) \
   X(PetscMallocSet) \
   X(PetscOptionsSetValue) \
   X(PetscPushErrorHandler) \
+  X(MatCreateMPIAIJWithArrays) \
   X(MatCreateSeqAIJWithArrays) \
   X(MatDestroy) \
+  X(MatMult) \
+  X(VecCreateMPIWithArray) \
   X(VecCreateSeqWithArray) \
   X(VecDestroy) \
   X(VecPlaceArray) \
@@ -49,7 +57,9 @@ typedef struct {
 #define PETSC_POINTER(name) __typeof__(name) *name;
   PETSC_CALLS(PETSC_POINTER)
 #undef PETSC_POINTER
-  MPI_Comm self; /* this process alone */
+  MPI_Comm self, world; /* this process alone; all that a launcher started together */
+  MPI_Datatype number;  /* double */
+  MPI_Op sum, most;
 } petsc_calls;
 
 /* The functions, ready for use; NULL if PETSc is not there (SCT_E_ARGUMENT) or finds no memory

@@ -9,12 +9,10 @@ typedef struct {
   int32_t length[SCT_POINTS_BLOCK]; /* entries of each row */
   int32_t *column;
   double *value;
-  int64_t keys;  /* capacity of key */
-  uint64_t *key; /* to sort a row with */
 } row_buffer;
 
-/* Appends the row diagonal phi_i - sum_j weight_j phi_j over the n neighbours `index`; the caller
- * has put sum_j weight_j into the diagonal. SCT_E_MEMORY. */
+/* Appends the row diagonal phi_i - sum_j weight_j phi_j over the n neighbours `index`,
+ * ascending; the caller has put sum_j weight_j into the diagonal. SCT_E_MEMORY. */
 SCT_NODISCARD sct_status row_buffer_append(row_buffer *buffer, int64_t i, double diagonal,
                                            int64_t n, const int32_t *index, const double *weight,
                                            sct_error *err);

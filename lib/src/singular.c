@@ -3,8 +3,8 @@
  * A row whose entries (matrix and coupling) sum to zero annihilates constants. A set of such rows
  * that refers to no Dirichlet point and to no row outside the set has the constant as a null
  * vector. So a row is held if it does not sum to zero, refers to a Dirichlet point, or refers to a
- * row that is held; what remains is the cause. A row without any entry is more obvious and told
- * first.
+ * row that is held; what remains is the cause. A row without any entry, or without one in the
+ * matrix, is more obvious and told first.
  */
 #include <float.h>
 #include <inttypes.h>
@@ -85,14 +85,19 @@ static bool is_blank(const sct_csr *a, int64_t row) {
   return true;
 }
 
-/* Are there points whose equation says nothing? */
-static bool find_blank(const sct_system *system, sct_error *err) {
+/* Are there points whose equation has no unknown in it, and (`is_coupled`) a Dirichlet value or
+ * (else) nothing at all? */
+static bool find_blank(const sct_system *system, bool is_coupled, sct_error *err) {
   sct_error cause = {.code = SCT_OK};
   for (int64_t row = 0; row < system->unknowns; row++) {
-    if (!is_blank(system->matrix, row) || !is_blank(system->coupling, row)) continue;
+    if (!is_blank(system->matrix, row)) continue;
+    if (is_blank(system->coupling, row) == is_coupled) continue;
     if (cause.count == 0) {
       sct_fail(&cause, SCT_E_SINGULAR, system->point_of[row],
-               "has no equation: diffusivity, velocity and reaction are all zero there");
+               is_coupled
+                   ? "has an equation without an unknown: the weights of its neighbours "
+                     "cancel (a central gradient without diffusivity?)"
+                   : "has no equation: diffusivity, velocity and reaction are all zero there");
     } else {
       sct_error_add_point(&cause, system->point_of[row]);
     }
@@ -102,7 +107,7 @@ static bool find_blank(const sct_system *system, sct_error *err) {
 }
 
 bool sct_system_explain(const sct_system *system, sct_error *err) {
-  if (find_blank(system, err)) return true;
+  if (find_blank(system, false, err) || find_blank(system, true, err)) return true;
   const int64_t m = system->unknowns;
   int64_t *start = NULL, end = 0;
   int32_t *users = NULL, *queue = NULL;

@@ -71,8 +71,8 @@ static sct_status measure_row(const sct_csr *a, int64_t i, double *most, double 
   return SCT_OK;
 }
 
-/* D by rows; a diagonal that is hardly there does not count. */
-static double scale_by_diagonal(double most, double diagonal, bool is_equation) {
+/* A diagonal that is hardly there does not count. */
+double sct_solve_scale(double most, double diagonal, bool is_equation) {
   const double size = fabs(diagonal) > 0.1 * most ? diagonal : most;
   return (is_equation ? 1 : 0.25) / size;
 }
@@ -90,7 +90,7 @@ static sct_status find_scales(sct_solve_matrix *m, const sct_csr *a, const uint8
     sct_status status = measure_row(a, i, &most, &diagonal, err);
     if (status != SCT_OK) return status;
     m->scale[i] = m->by_rows
-                      ? scale_by_diagonal(most, diagonal, is_equation == NULL || is_equation[i])
+                      ? sct_solve_scale(most, diagonal, is_equation == NULL || is_equation[i])
                       : scale_by_power(most);
   }
   return SCT_OK;

@@ -34,6 +34,9 @@ SCT_NODISCARD sct_status sct_solve_matrix_pattern(sct_solve_matrix *m, const sct
  * not ascending), SCT_E_NOT_FINITE, SCT_E_SINGULAR for a row of zeroes. */
 SCT_NODISCARD sct_status sct_solve_matrix_values(sct_solve_matrix *m, const sct_csr *a,
                                                  const uint8_t *is_equation, sct_error *err);
+
+/* D of a row for iterative solvers, whose largest entry is `most`. */
+double sct_solve_scale(double most, double diagonal, bool is_equation);
 void sct_solve_matrix_clear(sct_solve_matrix *m);
 
 #endif

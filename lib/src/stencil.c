@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "alloc.h"
+#include "ascend.h"
 #include "points.h"
 #include "stencil_inside.h"
 
@@ -128,6 +129,15 @@ static void reference_sums(sct_stencil *s) {
   }
 }
 
+/* Sums run over neighbours in the order of their numbers, so that a row is the same to the last bit
+ * whatever structure found them, in whichever part of the cloud (partition.h). */
+static sct_status sort_list(void *context, int64_t i, sct_room *room, sct_error *err) {
+  const sct_lists *lists = ((const sct_stencil *)context)->lists;
+  (void)err;
+  sct_ascend(lists->start[i + 1] - lists->start[i], lists->index + lists->start[i], room->index);
+  return SCT_OK;
+}
+
 static int64_t longest_list(const sct_lists *lists) {
   int64_t longest = 0;
   for (int64_t i = 0; i < lists->n; i++) {
@@ -157,7 +167,10 @@ sct_status sct_stencil_build(const sct_cloud *cloud, const sct_search *search, d
   reference_sums(s);
   status =
       sct_search_lists(search, op->radius * spacing * (1 - TIE), NULL, limit, work, &s->lists, err);
-  if (status == SCT_OK) s->longest = longest_list(s->lists);
+  if (status == SCT_OK) {
+    s->longest = longest_list(s->lists);
+    status = sct_points_run(s, 0, cloud->n, work, sort_list, s, err);
+  }
   if (status != SCT_OK) sct_stencil_free(&s);
   *out = s;
   return status;
@@ -180,6 +193,9 @@ const sct_operator *sct_stencil_operator(const sct_stencil *stencil) {
 }
 double sct_stencil_spacing(const sct_stencil *stencil) {
   return stencil->spacing;
+}
+void sct_stencil_note_reach(sct_stencil *stencil, double *reach) {
+  stencil->reach = reach;
 }
 
 /* ---- neighbourhoods ---- */
@@ -232,6 +248,7 @@ static sct_status wider_list(const sct_stencil *s, int64_t i, double support, sc
   for (int64_t k = 0; k < found; k++) {
     if (room->index[k] != i) room->index[(*n)++] = room->index[k];
   }
+  sct_ascend(*n, room->index, (int32_t *)room->scratch); /* nothing else needs it yet */
   return SCT_OK;
 }
 
@@ -332,6 +349,7 @@ typedef struct {
 static sct_status make_row(const sct_stencil *s, int64_t i, const attempt *by, double support,
                            row_job *job, sct_row *row, row_verdict *verdict, sct_error *err) {
   bool crowded = false;
+  if (s->reach != NULL) s->reach[i] = fmax(s->reach[i], support);
   const sct_status status = lay_out(s, i, support, job, &row->index, &crowded, err);
   if (status != SCT_OK) return status;
   if (crowded) {
@@ -401,6 +419,7 @@ typedef struct {
   const sct_stencil *stencil;
   const double *field;
   double *smoothed, *gradient, *laplacian;
+  uint8_t *flags; /* may be NULL */
 } application;
 
 static double weighted_difference(const sct_row *row, const double *weight, const double *field,
@@ -427,9 +446,11 @@ static sct_status apply_point(void *context, int64_t i, sct_room *room, sct_erro
   const sct_row_request request = {.want = want};
   sct_row row = {0};
   if (to->smoothed != NULL) smooth_point(to, i, room);
+  if (to->flags != NULL) to->flags[i] = 0;
   if (want == 0) return SCT_OK;
   const sct_status status = sct_stencil_row(to->stencil, i, &request, room, &row, err);
   if (status != SCT_OK) return status;
+  if (to->flags != NULL) to->flags[i] = (uint8_t)row.flags;
   for (int a = 0; to->gradient != NULL && a < dim; a++) {
     to->gradient[i * dim + a] = weighted_difference(&row, row.gradient + a * row.n, to->field, i);
   }
@@ -442,6 +463,12 @@ static sct_status apply_point(void *context, int64_t i, sct_room *room, sct_erro
 sct_status sct_stencil_apply(const sct_stencil *stencil, const double *field, const sct_work *work,
                              double *smoothed, double *gradient, double *laplacian,
                              sct_error *err) {
-  application to = {stencil, field, smoothed, gradient, laplacian};
+  return sct_stencil_apply_flagged(stencil, field, work, smoothed, gradient, laplacian, NULL, err);
+}
+
+sct_status sct_stencil_apply_flagged(const sct_stencil *stencil, const double *field,
+                                     const sct_work *work, double *smoothed, double *gradient,
+                                     double *laplacian, uint8_t *flags, sct_error *err) {
+  application to = {stencil, field, smoothed, gradient, laplacian, flags};
   return sct_points_run(stencil, 0, stencil->cloud.n, work, apply_point, &to, err);
 }

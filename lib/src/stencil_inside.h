@@ -12,7 +12,8 @@ struct sct_stencil {
   double reference_w, reference_w_r2; /* S_w and lambda S_w of a complete lattice neighbourhood */
   int64_t limit;                      /* neighbours of one point */
   int64_t longest;                    /* longest list */
-  sct_lists *lists;                   /* neighbours within op.radius * spacing */
+  sct_lists *lists;                   /* neighbours within op.radius * spacing, ascending */
+  double *reach;                      /* [n] the widest support looked at; NULL: nobody asks */
 };
 
 /* Makes room for n neighbours; what it held is lost if it has to grow. SCT_E_MEMORY. */

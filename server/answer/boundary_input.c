@@ -90,6 +90,11 @@ static bool read_coefficient(task *t, const item *it, const sites *on, double ti
     complain(t, &coefficient, "is missing and required: robin is coefficient phi + d phi/dn");
     return false;
   }
+  if (entry->type != SCT_ROBIN && coefficient.doc) { /* whoever sends it expects that it counts */
+    complain(t, &coefficient, "is of robin conditions only, needs to be left out with %s",
+             types[entry->type - SCT_DIRICHLET]);
+    return false;
+  }
   return read_scalar_field(t, &coefficient, on, time, &entry->coefficient);
 }
 

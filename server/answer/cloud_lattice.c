@@ -108,7 +108,10 @@ static bool make_side(task *t, const item *at, cloud_input *c, const char *name,
   sct_status status = side == SCT_SIDE_COUNT ? SCT_E_ARGUMENT
                                              : sct_lattice_group(&c->lattice, side, &found, &error);
   if (status == SCT_E_ARGUMENT) {
-    complain(t, at, "a lattice in %d-D has no group \"%s\"", c->cloud.dim, shown(name, room));
+    static const char *const sides[] = {"", "left, right", "left, right, bottom, top",
+                                        "left, right, bottom, top, back, front"};
+    complain(t, at, "a lattice in %d-D has no group \"%s\", needs %s, boundary or interior",
+             c->cloud.dim, shown(name, room), sides[c->cloud.dim]);
   } else if (status) {
     t->error = error;
   }

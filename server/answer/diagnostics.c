@@ -90,6 +90,14 @@ sct_status diagnostics_of_cloud(task *t, const cloud_input *c, const discretisat
   return SCT_OK;
 }
 
+void diagnostics_of_rows(const uint8_t *flags, int64_t n, diagnostics *out) {
+  out->has_rows = true;
+  for (int64_t i = 0; i < n; i++) {
+    out->widened += (flags[i] & SCT_ROW_WIDENED) != 0;
+    out->fallback += (flags[i] & SCT_ROW_FALLBACK) != 0;
+  }
+}
+
 void diagnostics_of_fields(const double *velocity, const double *diffusivity, int64_t n,
                            const uint8_t *mask, diagnostics *out) {
   double sum = 0, largest = 0, points = 0;
@@ -206,6 +214,11 @@ static void write_march(emit *e, const sct_march_report *march) {
   member_integer(e, "factorisations", march->factorisations);
 }
 
+static void write_rows(emit *e, int64_t widened, int64_t fallback) {
+  member_integer(e, "widened", widened);
+  member_integer(e, "fallback", fallback);
+}
+
 static void write_system(emit *e, const diagnostics *d) {
   write_peclet(e, d);
   write_extent(e, "bounds", d->bounds.min, NULL, 0, d->bounds.max);
@@ -213,8 +226,7 @@ static void write_system(emit *e, const diagnostics *d) {
   member_integer(e, "rows", d->system->unknowns);
   member_integer(e, "nonzeros", sct_csr_entries(d->system->matrix));
   emit_end(e);
-  member_integer(e, "widened", d->system->widened);
-  member_integer(e, "fallback", d->system->fallback);
+  write_rows(e, d->system->widened, d->system->fallback);
   member_integer(e, "loose", d->system->loose);
   write_solver(e, d);
   if (d->is_transient) write_march(e, &d->march);
@@ -227,6 +239,7 @@ void diagnostics_write(emit *e, const diagnostics *d) {
   write_velocity(e, d);
   write_tensor(e, d);
   write_deficient(e, d);
+  if (d->has_rows) write_rows(e, d->widened, d->fallback);
   if (d->system) write_system(e, d);
   emit_end(e);
 }

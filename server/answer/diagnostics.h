@@ -21,6 +21,9 @@ typedef struct {
   double tensor_mean[TENSOR_MAX], tensor_deviation[TENSOR_MAX];
   int64_t deficient; /* points with too few or degenerate neighbours, and the first of them */
   int32_t deficient_points[DEFICIENT_MAX];
+  /* of an apply: points whose rows have a support wider, or another scheme, than asked for */
+  bool has_rows;
+  int64_t widened, fallback;
   /* of a solve; `system` NULL: none */
   const sct_system *system;
   double peclet_mean, peclet_max; /* |u| h / mu; NaN: not defined */
@@ -37,6 +40,9 @@ bool diagnosis_take(task *t, const cloud_input *c, sct_diagnosis *all);
 /* The part about cloud and operator. mask [n] by place, NULL: all. Failures are in t->error. */
 sct_status diagnostics_of_cloud(task *t, const cloud_input *c, const discretisation *d,
                                 const sct_diagnosis *all, const uint8_t *mask, diagnostics *out);
+
+/* Counts what became of the rows: flags [n] of SCT_ROW_*. */
+void diagnostics_of_rows(const uint8_t *flags, int64_t n, diagnostics *out);
 
 /* Cell Peclet numbers: velocity [n][dim] (NULL: 0), diffusivity [n]. */
 void diagnostics_of_fields(const double *velocity, const double *diffusivity, int64_t n,

@@ -289,8 +289,10 @@ static bool words_are_known(const language *l, const char *text, int dim, expres
       if (is_function(name) && c[strspn(c, " \t\r\n")] != '(') {
         return fail(error, word - text + 1, "function without arguments, needs %s(...)", name);
       }
-    } else if (!character_is_known(text, c++, error)) {
-      return false;
+      e->operations += is_function(name);
+    } else {
+      if (!character_is_known(text, c, error)) return false;
+      e->operations += strchr("+-*/^<>=!?&|", *c++) != NULL;
     }
   }
   return true;

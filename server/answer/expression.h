@@ -29,7 +29,8 @@ bool expression_is_name(const char *name); /* a letter, then letters, digits and
 
 typedef struct {
   const char *text;
-  bool varies; /* with t */
+  bool varies;        /* with t */
+  int64_t operations; /* operators and functions: what an evaluation at a point costs */
 } expression;
 
 /* Does the name stand in it? */

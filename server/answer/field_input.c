@@ -31,11 +31,12 @@ static bool component_is_finite(task *t, const field *f, int a) {
     if (first < 0) first = k;
   }
   if (first < 0) return true;
+  const double value = f->value[first * f->components + a];
   name_site(&f->on, first, where, sizeof where);
   char more[64] = "";
   if (others > 0) snprintf(more, sizeof more, " and not finite at %lld more", (long long)others);
   problem_add(&t->complaints, f->pointer[a], "is %g at %s%s, needs a finite number",
-              f->value[first * f->components + a], where, more);
+              isnan(value) ? NAN : value, where, more); /* the sign of a NaN says nothing */
   return false;
 }
 
@@ -59,6 +60,16 @@ static const char *keep_pointer(task *t, const item *it) {
   return copy ? memcpy(copy, pointer, size) : NULL;
 }
 
+static bool is_affordable(task *t, const item *it, const expression *e, int64_t points) {
+  const int64_t most = t->limits->expression_work;
+  if (e->operations <= most / (points > 0 ? points : 1)) return true;
+  complain(t, it,
+           "has %lld operations, for %lld points, which are more than %lld together "
+           "(expression-work)",
+           (long long)e->operations, (long long)points, (long long)most);
+  return false;
+}
+
 static bool read_expression(task *t, const item *it, const sites *on, expression *e) {
   const char *text = NULL;
   char room[SHOWN_MAX];
@@ -71,7 +82,9 @@ static bool read_expression(task *t, const item *it, const sites *on, expression
   }
   language *l = language_of(t);
   if (!l) return false;
-  if (expression_check(l, text, on ? on->cloud->cloud.dim : SCT_DIM_MAX, e, &why)) return true;
+  if (expression_check(l, text, on ? on->cloud->cloud.dim : SCT_DIM_MAX, e, &why)) {
+    return is_affordable(t, it, e, on ? on->n : 1);
+  }
   complain(t, it, "expression \"%s\": %s, at position %lld", shown(text, room), why.text,
            (long long)why.position);
   return false;

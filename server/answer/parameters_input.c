@@ -10,7 +10,7 @@ static bool name_is_free(task *t, const item *it) {
     return false;
   }
   if (!expression_is_reserved(it->key)) return true;
-  complain(t, it, "\"%s\" is a name that expressions have already", it->key);
+  complain(t, it, "\"%s\" is a name that expressions have already, needs another", it->key);
   return false;
 }
 

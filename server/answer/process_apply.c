@@ -20,6 +20,7 @@ typedef struct {
   field phi, exact_gradient, exact_laplacian;
   discretisation grid;
   double *value, *gradient, *laplacian; /* by the client's numbers */
+  uint8_t *flags;                       /* [n] by place, SCT_ROW_*; NULL: no rows were made */
   sct_norms gradient_norms, laplacian_norms;
   diagnostics diagnostics;
 } apply;
@@ -50,9 +51,11 @@ static sct_status apply_operators(task *t, unsigned wanted, const uint8_t *mask,
   double *value = wanted & VALUE ? task_take(t, n, sizeof *value) : NULL;
   double *gradient = has_gradient ? task_take(t, n * dim, sizeof *gradient) : NULL;
   double *laplacian = has_laplacian ? task_take(t, n, sizeof *laplacian) : NULL;
+  const bool has_rows = (wanted & DIAGNOSTICS) && (gradient || laplacian);
+  if (has_rows) s->flags = task_take(t, n, sizeof *s->flags);
   if (t->error.code) return t->error.code;
-  if (sct_stencil_apply(s->grid.stencil, s->phi.value, &t->work, value, gradient, laplacian,
-                        &t->error)) {
+  if (sct_stencil_apply_flagged(s->grid.stencil, s->phi.value, &t->work, value, gradient, laplacian,
+                                s->flags, &t->error)) {
     return t->error.code;
   }
   if (gradient && s->exact_gradient.value) {
@@ -79,6 +82,7 @@ static sct_status run_apply(task *t, unsigned wanted, void *state) {
   if (!(wanted & DIAGNOSTICS)) return SCT_OK;
   if (!diagnosis_take(t, &s->cloud, &all)) return t->error.code;
   (void)diagnostics_of_cloud(t, &s->cloud, &s->grid, &all, mask, &s->diagnostics);
+  if (s->flags) diagnostics_of_rows(s->flags, s->cloud.cloud.n, &s->diagnostics);
   stopwatch_lap(&t->watch, LAP_STENCIL);
   return t->error.code;
 }

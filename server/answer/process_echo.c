@@ -13,7 +13,7 @@ typedef struct {
 
 static void read_echo(task *t, const item *in, void *state) {
   static const range pauses = {0, 60, false, false};
-  const int64_t exact = INT64_C(1) << 53; /* integers that a double holds */
+  const int64_t exact = (INT64_C(1) << 53) - 1; /* beyond, two integers are the same double */
   echo *s = state;
   item message = item_input(in, "message"), pause = item_input(in, "pause");
   item values = item_input(in, "values"), blob = item_input(in, "blob");

@@ -66,6 +66,7 @@ static sct_status factor(task *t, solve *s) {
   if (sct_work_report(&t->work, "factor", 0, &t->error)) return t->error.code;
   sct_solve_options options = s->in.march.solve;
   options.is_equation = s->system->is_equation;
+  options.work = &t->work;
   if (s->system->limited) sct_limited_relax(&options);
   sct_status status = sct_solver_analyse(a, &options, &s->solver, &t->error);
   if (!status) status = sct_solver_factor(s->solver, a, &t->error);

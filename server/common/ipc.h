@@ -38,6 +38,7 @@ typedef struct {
   char output[IPC_NAME];     /* RENDER: the one output wanted, "" = the results document */
   char results_url[IPC_URL]; /* RENDER: "{B}/jobs/ID/results", what references point into */
   char base[IPC_URL];        /* RUN: {B}, before the href of a kept value */
+  char owner[IPC_NAME];      /* whose values it may refer to; "" without tokens; for the front */
   int64_t size;              /* bytes of the body */
   media content;             /* of the body */
   wishes accept;             /* for the reply; nothing wished: JSON */

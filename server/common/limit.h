@@ -12,6 +12,7 @@ typedef struct {
   int64_t points;           /* of a cloud */
   int64_t neighbours;       /* of one point */
   int64_t expression_bytes; /* of one expression */
+  int64_t expression_work;  /* operations of one expression times points */
   int64_t steps;            /* of a time-dependent solve */
   int64_t memory_bytes;     /* of a worker */
   double seconds;           /* of a solve */

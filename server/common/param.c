@@ -37,6 +37,22 @@ static const parameter table[] = {
      "address of this service as clients see it, for links; empty means the Host of each request"},
     {"cors-origins", TEXT, "LIST", AT(cors_origins), "", 0, 0,
      "origins whose web pages may call, such as \"https://a.example https://b.example\"; * is any"},
+    {"hosts", TEXT, "LIST", AT(hosts), "", 0, 0,
+     "names by which clients call this service in Host, beside its own address; * is any. Without "
+     "tokens others are refused, so that no web page can reach it under a name of its own"},
+    {"tokens", TEXT, "FILE", AT(tokens), "", 0, 0,
+     "who may use the service and how much, a line each, made by scatterd token NAME; empty means "
+     "everybody who reaches it. Read again on SIGHUP"},
+    {"allow-anonymous", COUNT, "", AT(allow_anonymous), "0", 0, 1,
+     "1: listen on an address that other machines reach even without tokens"},
+    {"open-metrics", COUNT, "", AT(open_metrics), "0", 0, 1,
+     "1: /metrics needs no token; /healthz and /readyz never do"},
+    {"tls-certificate", TEXT, "FILE", AT(tls_certificate), "", 0, 0,
+     "certificate chain of this service (PEM): serve HTTPS only; empty means plain HTTP. Read "
+     "again "
+     "on SIGHUP"},
+    {"tls-key", TEXT, "FILE", AT(tls_key), "", 0, 0,
+     "private key of the certificate (PEM); empty means that it is in the same file"},
     {"log-level", LEVEL, "LEVEL", AT(log_level), "info", 0, 0,
      "what goes to the log: error, info (one line per request) or debug"},
     {"workers", COUNT, "", AT(workers), "0", 0, 1024,
@@ -47,8 +63,10 @@ static const parameter table[] = {
     {"queue", COUNT, "requests", AT(queue), "64", 0, 1e6,
      "requests that may wait for a worker; more are answered 503"},
     {"connections", COUNT, "", AT(connections), "1000", 1, 1e6, "connections at the same time"},
-    {"connections-per-address", COUNT, "", AT(connections_per_address), "0", 0, 1e6,
-     "connections of one address at the same time; 0 means no limit of its own"},
+    {"connections-per-address", COUNT, "", AT(connections_per_address), "100", 0, 1e6,
+     "connections of one address (of IPv6: one /64) at the same time, those of this machine apart; "
+     "0 "
+     "means no limit of its own"},
     {"receive-seconds", SECONDS, "s", AT(receive_seconds), "20", 0.1, 86400,
      "time a client has to send a request's header, and the longest pause in a body"},
     {"idle-seconds", SECONDS, "s", AT(idle_seconds), "75", 0.1, 86400,
@@ -65,6 +83,8 @@ static const parameter table[] = {
      "times a job is started when its worker or the daemon dies; then it has failed"},
     {"result-seconds", SECONDS, "s", AT(result_seconds), "604800", 1, 1e9,
      "time that a job and its results stay after its end"},
+    {"job-bytes", BYTES, "bytes", AT(job_bytes), "20GiB", 0, NO_END,
+     "sum of the stored requests and results of all jobs; what would be more is answered 507"},
     {"reuse-results", COUNT, "", AT(reuse_results), "1", 0, 1,
      "1: a job may be answered with the stored result of an equal request; 0: each is computed"},
     {"batch-parts", COUNT, "requests", AT(batch_parts), "10000", 1, 1e6, "requests of one batch"},
@@ -109,6 +129,8 @@ static const parameter table[] = {
     {"neighbours", COUNT, "", AT(limits.neighbours), "500", 1, 1e6, "neighbours of one point"},
     {"expression-bytes", BYTES, "bytes", AT(limits.expression_bytes), "4096", 1, 1 << 20,
      "text of one expression"},
+    {"expression-work", COUNT, "operations", AT(limits.expression_work), "1G", 1, NO_END,
+     "operations of one expression times the points it is for, some 20 ns each"},
     {"steps", COUNT, "", AT(limits.steps), "1000000", 1, NO_END, "steps of a time-dependent solve"},
     {"memory-bytes", BYTES, "bytes", AT(limits.memory_bytes), "4GiB", 256 << 20, NO_END,
      "address space of one worker"},
@@ -167,6 +189,10 @@ static double number(const char *text, size_t allowed) {
   return NAN;
 }
 
+double param_number(const char *text, bool bytes) {
+  return number(text, bytes ? 4 : sizeof suffixes / sizeof *suffixes);
+}
+
 static bool in_range(const parameter *row, double value, bool whole, const char *text, fault *why) {
   if (value >= row->least && value <= row->most && (!whole || value == floor(value))) return true;
   return fault_set(why, "%s: got \"%.100s\", needs %s from %.15g to %.15g%s%s", row->name, text,
@@ -175,7 +201,7 @@ static bool in_range(const parameter *row, double value, bool whole, const char 
 }
 
 static bool read_integer(const parameter *row, void *value, const char *text, fault *why) {
-  const double x = number(text, row->kind == BYTES ? 4 : sizeof suffixes / sizeof *suffixes);
+  const double x = param_number(text, row->kind == BYTES);
   if (!in_range(row, x, true, text, why)) return false;
   *(int64_t *)value = (int64_t)x;
   return true;
@@ -409,7 +435,8 @@ void param_manual(FILE *out) {
   for (int k = 0; k < ROWS; k++) print_option(out, &table[k]);
   fputs(
       ".SH SIGNALS\nSIGTERM and SIGINT end the daemon after the running requests; a second one "
-      "at once.\n"
+      "at once. SIGHUP reads the tokens and the certificate again; what cannot be read stays as it "
+      "was, and the log says why.\n"
       ".SH EXIT STATUS\n0 after serving or answering, 1 when that failed, 2 for a wrong command "
       "line.\n"
       ".SH FILES\n"

@@ -19,11 +19,18 @@ typedef struct {
   char user[PARAM_TEXT];
   char public_url[PARAM_TEXT];
   char cors_origins[PARAM_TEXT];
+  char hosts[PARAM_TEXT];
+  char tokens[PARAM_TEXT];
+  int64_t allow_anonymous; /* 0 or 1 */
+  int64_t open_metrics;    /* 0 or 1 */
+  char tls_certificate[PARAM_TEXT];
+  char tls_key[PARAM_TEXT];
   int64_t log_level; /* log_level of log.h */
   int64_t workers;
   int64_t recycle; /* requests */
   int64_t queue;   /* requests */
   int64_t connections;
+  int64_t job_bytes;  /* of requests and results of all jobs */
   int64_t data_bytes; /* of all objects under /data */
   double data_seconds;
   char fetch_hosts[PARAM_TEXT];
@@ -67,6 +74,10 @@ bool param_read(parameters *p, const char *path, fault *why);
  * wherever it stands, so that the command line wins. What is no option stays in argv, in order, and
  * *count becomes its number; after `--` everything stays. */
 bool param_take(parameters *p, int *count, char **argv, fault *why);
+
+/* A decimal number as the options take it, with k, M, G, KiB, MiB or GiB behind it (`bytes`: only
+ * the latter); NaN for anything else. */
+double param_number(const char *text, bool bytes);
 
 /* The option part of --help; the reference page in Markdown. */
 void param_help(FILE *out);

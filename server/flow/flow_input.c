@@ -77,7 +77,9 @@ static bool read_shape(task *t, const item *in, flow_input *s) {
     return false;
   }
   if (domain.doc) return read_domain(t, in, &domain, s);
-  return read_required(t, &name) && read_case(t, in, s);
+  if (name.doc) return read_case(t, in, s);
+  complain(t, &name, "is missing and required, if there is no domain");
+  return false;
 }
 
 /* ---- how it is run ---- */

@@ -5,8 +5,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "gate.h"
 #include "http.h"
 #include "media.h"
+#include "quota.h"
 
 typedef struct {
   exchange *x;
@@ -76,7 +78,8 @@ void bridge_begin(const service *s, exchange *x) {
     return;
   }
   c->x = x;
-  c->ask = (ipc_ask){.content = MEDIA_JSON, .limits = s->set->limits};
+  c->ask = (ipc_ask){.content = MEDIA_JSON};
+  gate_ask(s->gate, x, &c->ask);
   snprintf(c->ask.process, sizeof c->ask.process, "um-bridge%.40s", x->path);
 }
 
@@ -95,6 +98,7 @@ void bridge_serve(const service *s, exchange *x) {
   crossing *c = x->task;
   c->ask.size = x->body.size;
   snprintf(x->process, sizeof x->process, "%.60s", c->ask.process);
+  if (!quota_allows(s, x, 1)) return;
   c->task = pool_submit(s->pool, &c->ask, x->body.fd, &calls, c);
   if (c->task != NULL) return;
   exchange_add(x, "Retry-After", "%d", pool_retry_after(s->pool));

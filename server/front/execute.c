@@ -4,10 +4,12 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "gate.h"
 #include "http.h"
 #include "media.h"
 #include "outcome.h"
 #include "prefer.h"
+#include "quota.h"
 #include "site.h"
 #include "submit.h"
 
@@ -89,8 +91,8 @@ void execute_begin(const service *s, exchange *x) {
   }
   e->service = s;
   e->x = x;
-  e->ask.limits = s->set->limits;
-  e->prefer = prefer_of(field(x, "Prefer", room));
+  gate_ask(s->gate, x, &e->ask);
+  e->prefer = prefer_of(field(x, "Prefer", room), s->set->wait_seconds);
   for (size_t k = 0; k < sizeof checks / sizeof *checks && x->reply.status == 0; k++) checks[k](e);
 }
 
@@ -118,6 +120,7 @@ void execute_serve(const service *s, exchange *x) {
     e->submission = submit_new(s, x, &e->prefer, &e->ask);
     return;
   }
+  if (!quota_allows(s, x, 1)) return;
   e->task = pool_submit(s->pool, &e->ask, x->body.fd, &calls, e);
   if (e->task == NULL) outcome_refuse_full(x, s->pool, s->set->queue);
 }

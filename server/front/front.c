@@ -13,9 +13,11 @@
 #include <unistd.h>
 
 #include "callback.h"
+#include "clock.h"
 #include "data.h"
 #include "events.h"
 #include "fetch.h"
+#include "gate.h"
 #include "listener.h"
 #include "log.h"
 #include "metrics.h"
@@ -23,6 +25,7 @@
 #include "privilege.h"
 #include "route.h"
 #include "systemd.h"
+#include "tls.h"
 
 static const double farewell_seconds = 1; /* for the last replies to leave */
 
@@ -86,11 +89,32 @@ static void stop_now(front *f) {
   loop_stop(f->loop);
 }
 
+static bool read_certificate(const parameters *set, fault *why) {
+  if (*set->tls_certificate == '\0') {
+    return *set->tls_key == '\0' || fault_set(why, "tls-key: got no tls-certificate");
+  }
+  return tls_read(set->tls_certificate, *set->tls_key != '\0' ? set->tls_key : set->tls_certificate,
+                  why);
+}
+
+/* What cannot be read stays as it was. */
+static void reload(front *f) {
+  fault why;
+  systemd_reloading();
+  if (!gate_reload(f->service.gate, &why)) log_say(LOG_ERROR, "reload", "%s", why.text);
+  if (!read_certificate(f->set, &why)) log_say(LOG_ERROR, "reload", "%s", why.text);
+  systemd_ready();
+}
+
 static void on_signal(void *self, uint32_t events) {
   front *f = self;
   struct signalfd_siginfo signal;
   (void)events;
   if (read(f->signals, &signal, sizeof signal) != sizeof signal) return;
+  if (signal.ssi_signo == SIGHUP) {
+    reload(f);
+    return;
+  }
   if (f->stop < INFINITY) {
     stop_now(f);
     return;
@@ -109,6 +133,7 @@ static bool watch_signals(front *f, fault *why) {
   sigemptyset(&set);
   sigaddset(&set, SIGTERM);
   sigaddset(&set, SIGINT);
+  sigaddset(&set, SIGHUP);
   sigprocmask(SIG_BLOCK, &set, NULL);
   signal(SIGPIPE, SIG_IGN);
   f->signals = signalfd(-1, &set, SFD_CLOEXEC | SFD_NONBLOCK);
@@ -136,19 +161,54 @@ static bool start_values(front *f) {
   return s->fetches != NULL;
 }
 
+static void narrow(void *self, const char *submitter, ipc_ask *ask) {
+  gate_ask_again(self, submitter, ask);
+}
+
+static bool keep(void *self, const char *submitter, int64_t size,
+                 const allowance_counter *counter) {
+  return gate_keep(self, submitter, size, counter);
+}
+
+/* While root, which may be the only one to read the files. */
+static bool start_access(front *f, fault *why) {
+  const parameters *set = f->set;
+  f->service.gate = gate_new(set, why);
+  if (f->service.gate == NULL || !read_certificate(set, why)) return false;
+  if (gate_is_on(f->service.gate) || f->listener.is_local || set->allow_anonymous) return true;
+  return fault_set(
+      why,
+      "listen: other machines reach %.100s, and there are no tokens: make a file of them "
+      "(tokens; scatterd token NAME >> FILE), listen on 127.0.0.1, or let everybody in "
+      "(allow-anonymous 1)",
+      f->listener.address);
+}
+
+/* By which names the service may be called. */
+static host_rule rule_of(const front *f) {
+  if (f->listener.is_unix) return HOST_ANY;
+  if (gate_is_on(f->service.gate) && *f->set->hosts == '\0') return HOST_ANY;
+  return f->listener.is_local ? HOST_LOOPBACK : HOST_ADDRESS;
+}
+
 static bool start(front *f, fault *why) {
   if (!find_data_dir(f->set, why) || !raise_descriptors(f->set, why)) return false;
   if (!listener_open(&f->listener, f->set->listen, why)) return false;
+  if (!start_access(f, why)) return false;
   if (!privilege_drop(f->set->user, f->set->data_dir, why)) return false;
   f->loop = loop_new();
   if (f->loop == NULL) return fault_set(why, "cannot start: %s", strerror(errno));
   if (!watch_signals(f, why)) return false;
-  f->service = (service){.set = f->set, .pool = pool_new(f->loop, f->set, why)};
+  f->service.set = f->set;
+  f->service.pool = pool_new(f->loop, f->set, why);
   if (f->service.pool == NULL) return false;
   f->service.store = store_open(f->set->data_dir, why);
   if (f->service.store == NULL) return false;
+  f->service.clock = clock_watch_new(f->loop, &f->service);
+  if (f->service.clock == NULL) return fault_set(why, "out of memory");
   f->service.jobs = jobs_new(f->loop, f->set, f->service.pool, f->service.store, why);
   if (f->service.jobs == NULL) return false;
+  jobs_on_owners(f->service.jobs, &(job_owners){f->service.gate, narrow, keep});
   f->service.waits = waits_new(f->loop);
   f->service.streams = streams_new(f->loop, f->set);
   f->service.outbound = outbound_new(f->loop);
@@ -160,7 +220,8 @@ static bool start(front *f, fault *why) {
   if (!start_values(f)) return fault_set(why, "out of memory");
   metrics_begin(&f->service);
   const http_handler handler = route_handler(&f->service);
-  f->http = http_new(f->loop, f->set, f->listener.fd, f->listener.host, &handler, why);
+  const http_place place = {f->listener.fd, f->listener.host, rule_of(f)};
+  f->http = http_new(f->loop, f->set, &place, &handler, why);
   if (f->http == NULL) return false;
   loop_add(f->loop, (loop_chore){stop_due, stop_run, f});
   return true;
@@ -186,7 +247,10 @@ static void end(front *f) {
   waits_free(&f->service.waits);
   streams_free(&f->service.streams);
   store_close(&f->service.store);
+  clock_watch_free(&f->service.clock);
   pool_free(&f->service.pool);
+  gate_free(&f->service.gate);
+  tls_forget();
   if (f->signals >= 0) close(f->signals);
   loop_free(&f->loop);
   listener_close(&f->listener);

@@ -18,10 +18,37 @@ struct loop {
   struct epoll_event event[BATCH];
 };
 
-double loop_now(void) {
+static double read_clock(clockid_t which) {
   struct timespec t;
-  clock_gettime(CLOCK_MONOTONIC, &t);
+  clock_gettime(which, &t);
   return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+double loop_now(void) {
+  return read_clock(CLOCK_MONOTONIC);
+}
+
+/* Of the time of day to the time since boot, which counts what a machine sleeps: a result may
+ * expire while nobody is awake. */
+static double offset;
+static bool is_followed;
+
+static double offset_of_clock(void) {
+  return read_clock(CLOCK_REALTIME) - read_clock(CLOCK_BOOTTIME);
+}
+
+void unix_follow(void) {
+  offset = offset_of_clock();
+  is_followed = true;
+}
+
+double unix_now(void) {
+  if (!is_followed) unix_follow();
+  return offset + read_clock(CLOCK_BOOTTIME);
+}
+
+double unix_step(void) {
+  return is_followed ? offset_of_clock() - offset : 0;
 }
 
 loop *loop_new(void) {

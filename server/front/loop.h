@@ -43,4 +43,10 @@ void loop_stop(loop *l);
 
 double loop_now(void); /* monotonic seconds */
 
+/* The time of day, in seconds since 1970: as the clock tells it, but on as before when somebody has
+ * set that, until unix_follow. So dates that are stored are all of one time (clock.h). */
+double unix_now(void);
+double unix_step(void); /* by how much (s) it has been set */
+void unix_follow(void);
+
 #endif

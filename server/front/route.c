@@ -5,10 +5,12 @@
 #include <string.h>
 
 #include "bridge.h"
+#include "clock.h"
 #include "data_routes.h"
 #include "events.h"
 #include "execute.h"
 #include "field.h"
+#include "gate.h"
 #include "job_list.h"
 #include "job_routes.h"
 #include "media.h"
@@ -85,42 +87,45 @@ static void get_healthz(const service *s, exchange *x) {
 
 /* ---- The table ---- */
 
+typedef enum { OWNERS, WATCHERS, EVERYBODY } visitors; /* who needs no token, where there are any */
+
 typedef struct {
   const char *method;
   const char *path; /* {} stands for one segment: exchange.item, item2 */
   void (*begin)(const service *s, exchange *x); /* NULL: the route takes no body */
   void (*serve)(const service *s, exchange *x);
   void (*end)(const service *s, exchange *x); /* NULL: nothing to do */
+  visitors who;
 } route;
 
 static const route table[] = {
-    {"GET", "/", NULL, get_landing, NULL},
-    {"GET", "/assets/{}", NULL, get_asset, NULL},
-    {"GET", "/api", NULL, get_api, NULL},
-    {"GET", "/conformance", NULL, get_conformance, NULL},
-    {"GET", "/processes", NULL, get_processes, NULL},
-    {"GET", "/processes/{}", NULL, get_process, NULL},
-    {"POST", "/processes/{}/execution", execute_begin, execute_serve, execute_end},
-    {"GET", "/jobs", NULL, job_list_serve, NULL},
-    {"GET", "/jobs/{}", NULL, job_status_serve, job_status_end},
-    {"DELETE", "/jobs/{}", NULL, job_dismiss_serve, NULL},
-    {"GET", "/jobs/{}/events", NULL, events_serve, events_end},
-    {"GET", "/jobs/{}/results", NULL, job_results_serve, job_results_end},
-    {"GET", "/jobs/{}/results/{}", NULL, job_results_serve, job_results_end},
-    {"GET", "/Info", NULL, bridge_info, NULL},
-    {"POST", "/ModelInfo", bridge_begin, bridge_serve, bridge_end},
-    {"POST", "/InputSizes", bridge_begin, bridge_serve, bridge_end},
-    {"POST", "/OutputSizes", bridge_begin, bridge_serve, bridge_end},
-    {"POST", "/Evaluate", bridge_begin, bridge_serve, bridge_end},
-    {"POST", "/Gradient", bridge_begin, bridge_serve, bridge_end},
-    {"POST", "/ApplyJacobian", bridge_begin, bridge_serve, bridge_end},
-    {"POST", "/ApplyHessian", bridge_begin, bridge_serve, bridge_end},
-    {"POST", "/data", data_begin, data_serve, data_end},
-    {"GET", "/data/{}", NULL, data_get, NULL},
-    {"DELETE", "/data/{}", NULL, data_delete, NULL},
-    {"GET", "/healthz", NULL, get_healthz, NULL},
-    {"GET", "/readyz", NULL, metrics_ready, NULL},
-    {"GET", "/metrics", NULL, metrics_serve, NULL},
+    {"GET", "/", NULL, get_landing, NULL, OWNERS},
+    {"GET", "/assets/{}", NULL, get_asset, NULL, OWNERS},
+    {"GET", "/api", NULL, get_api, NULL, OWNERS},
+    {"GET", "/conformance", NULL, get_conformance, NULL, OWNERS},
+    {"GET", "/processes", NULL, get_processes, NULL, OWNERS},
+    {"GET", "/processes/{}", NULL, get_process, NULL, OWNERS},
+    {"POST", "/processes/{}/execution", execute_begin, execute_serve, execute_end, OWNERS},
+    {"GET", "/jobs", NULL, job_list_serve, NULL, OWNERS},
+    {"GET", "/jobs/{}", NULL, job_status_serve, job_status_end, OWNERS},
+    {"DELETE", "/jobs/{}", NULL, job_dismiss_serve, NULL, OWNERS},
+    {"GET", "/jobs/{}/events", NULL, events_serve, events_end, OWNERS},
+    {"GET", "/jobs/{}/results", NULL, job_results_serve, job_results_end, OWNERS},
+    {"GET", "/jobs/{}/results/{}", NULL, job_results_serve, job_results_end, OWNERS},
+    {"GET", "/Info", NULL, bridge_info, NULL, OWNERS},
+    {"POST", "/ModelInfo", bridge_begin, bridge_serve, bridge_end, OWNERS},
+    {"POST", "/InputSizes", bridge_begin, bridge_serve, bridge_end, OWNERS},
+    {"POST", "/OutputSizes", bridge_begin, bridge_serve, bridge_end, OWNERS},
+    {"POST", "/Evaluate", bridge_begin, bridge_serve, bridge_end, OWNERS},
+    {"POST", "/Gradient", bridge_begin, bridge_serve, bridge_end, OWNERS},
+    {"POST", "/ApplyJacobian", bridge_begin, bridge_serve, bridge_end, OWNERS},
+    {"POST", "/ApplyHessian", bridge_begin, bridge_serve, bridge_end, OWNERS},
+    {"POST", "/data", data_begin, data_serve, data_end, OWNERS},
+    {"GET", "/data/{}", NULL, data_get, NULL, OWNERS},
+    {"DELETE", "/data/{}", NULL, data_delete, NULL, OWNERS},
+    {"GET", "/healthz", NULL, get_healthz, NULL, EVERYBODY},
+    {"GET", "/readyz", NULL, metrics_ready, NULL, EVERYBODY},
+    {"GET", "/metrics", NULL, metrics_serve, NULL, WATCHERS},
 };
 
 enum { ROWS = sizeof table / sizeof *table };
@@ -138,7 +143,8 @@ static bool fits(const char *pattern, const char *path, char item[2][EXCHANGE_IT
       continue;
     }
     const size_t length = strcspn(path, "/");
-    if (length == 0 || length >= EXCHANGE_ITEM) return false;
+    if (length == 0) return false;
+    /* What is longer than any name is cut, and is still the name of nothing. */
     snprintf(item[k++], EXCHANGE_ITEM, "%.*s", (int)length, path);
     path += length;
     pattern += 2;
@@ -173,24 +179,12 @@ static const route *find(exchange *x, char allow[64]) {
 
 /* ---- Other origins (the Fetch standard's CORS protocol) ---- */
 
-static bool is_listed(const char *origins, const char *origin) {
-  const size_t length = strlen(origin);
-  for (const char *at = origins; *at != '\0';) {
-    at += strspn(at, " ,");
-    const size_t step = strcspn(at, " ,");
-    if (step == 1 && *at == '*') return true;
-    if (step == length && strncmp(at, origin, length) == 0) return true;
-    at += step;
-  }
-  return false;
-}
-
 static void add_cors(const service *s, exchange *x) {
   char room[512];
   if (*s->set->cors_origins == '\0') return;
   exchange_add(x, "Vary", "Origin");
   const char *origin = http_field(x, "Origin", room, sizeof room);
-  if (origin == NULL || !is_listed(s->set->cors_origins, origin)) return;
+  if (origin == NULL || !host_lists(s->set->cors_origins, origin)) return;
   exchange_add(x, "Access-Control-Allow-Origin", "%s", origin);
   exchange_add(x, "Access-Control-Expose-Headers",
                "Accept-Ranges, Content-Location, Content-Range, ETag, Link, Location, "
@@ -200,25 +194,68 @@ static void add_cors(const service *s, exchange *x) {
 static void answer_options(exchange *x, const char *allow) {
   exchange_add(x, "Allow", "%s", allow);
   exchange_add(x, "Access-Control-Allow-Methods", "%s", allow);
-  exchange_add(x, "Access-Control-Allow-Headers",
-               "Accept, Authorization, Content-Type, Content-Encoding, Idempotency-Key, "
-               "If-None-Match, If-Range, Last-Event-ID, Prefer, Range, X-Request-Id");
+  exchange_add(
+      x, "Access-Control-Allow-Headers",
+      "Accept, Authorization, Cache-Control, Content-Type, Content-Encoding, Idempotency-Key, "
+      "If-None-Match, If-Range, Last-Event-ID, Prefer, Range, X-Request-Id");
   exchange_add(x, "Access-Control-Max-Age", "86400");
   exchange_text(x, 204, "", "");
 }
 
+/* Is this a page of ours? Browsers say so in Sec-Fetch-Site, which no page can set, or in Origin.
+ */
+static bool is_own_page(const exchange *x, const char *origin) {
+  char room[64];
+  const char *site = http_field(x, "Sec-Fetch-Site", room, sizeof room);
+  const size_t length = strlen(origin);
+  if (site != NULL && strcmp(site, "same-origin") == 0) return true;
+  return strncmp(x->base, origin, length) == 0 && strchr("/", x->base[length]) != NULL;
+}
+
+/* A browser lets any page send simple requests to anybody, with the password that it knows for them
+ * or from behind a firewall. Pages of others may only ask what changes nothing; they cannot read
+ * the answer. */
+static bool is_forged(const service *s, const exchange *x) {
+  char room[512];
+  static const char *const safe[] = {"GET", "HEAD", "OPTIONS"};
+  for (size_t k = 0; k < sizeof safe / sizeof *safe; k++) {
+    if (strcmp(x->method, safe[k]) == 0) return false;
+  }
+  const char *origin = http_field(x, "Origin", room, sizeof room);
+  return origin != NULL && !is_own_page(x, origin) && !host_lists(s->set->cors_origins, origin);
+}
+
 /* ---- The handler ---- */
+
+/* Does it need a token? */
+static bool is_open(const service *s, const route *r) {
+  return r != NULL && (r->who == EVERYBODY || (r->who == WATCHERS && s->set->open_metrics));
+}
+
+/* False if the request is refused before anybody asks what it wants. */
+static bool may_come(const service *s, exchange *x, const route *r) {
+  if (is_forged(s, x)) {
+    exchange_refuse(x, 403, "Origin: web pages of other origins may not send %s (cors-origins)",
+                    x->method);
+    return false;
+  }
+  return is_open(s, r) || gate_check(s->gate, x);
+}
 
 static void begin(void *self, exchange *x) {
   const service *s = self;
   char allow[64];
+  clock_watch_look(s->clock);
   add_cors(s, x);
   const route *r = find(x, allow);
   if (strcmp(x->path, "*") == 0) snprintf(allow, sizeof allow, "GET, HEAD, POST, DELETE, OPTIONS");
   x->route = r;
+  const bool is_question =
+      strcmp(x->method, "OPTIONS") == 0; /* which browsers ask without a token */
+  if (!is_question && !may_come(s, x, r)) return;
   if (*allow == '\0') {
     exchange_refuse(x, 404, "there is nothing at %.200s", x->path);
-  } else if (strcmp(x->method, "OPTIONS") == 0) {
+  } else if (is_question) {
     answer_options(x, allow);
   } else if (r == NULL) {
     exchange_add(x, "Allow", "%s", allow);

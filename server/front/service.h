@@ -10,6 +10,7 @@
 
 typedef struct service {
   const parameters *set;
+  struct gate *gate; /* gate.h */
   pool *pool;
   store *store;
   jobs *jobs;
@@ -19,6 +20,7 @@ typedef struct service {
   struct callbacks *callbacks; /* callback.h */
   struct data_store *data;     /* data.h */
   struct fetches *fetches;     /* fetch.h */
+  struct clock_watch *clock;   /* clock.h */
 } service;
 
 #endif

@@ -5,6 +5,7 @@
 #include <string.h>
 #include <sys/socket.h>
 #include <systemd/sd-daemon.h>
+#include <time.h>
 
 /* libsystemd sets close-on-exec; non-blocking is ours to set. */
 static bool adopt(int fd, fault *why) {
@@ -24,6 +25,13 @@ bool systemd_socket(int *fd, fault *why) {
 
 void systemd_ready(void) {
   (void)sd_notify(0, "READY=1");
+}
+
+void systemd_reloading(void) {
+  struct timespec now;
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  (void)sd_notifyf(0, "RELOADING=1\nMONOTONIC_USEC=%lld",
+                   (long long)now.tv_sec * 1000000 + now.tv_nsec / 1000);
 }
 
 void systemd_stopping(double seconds) {

@@ -10,8 +10,10 @@
  * there is none. False if it passed several, or what is no listening stream socket. */
 bool systemd_socket(int *fd, fault *why);
 
-/* The unit is up; it is stopping and may take `seconds` for that. */
+/* The unit is up; it reads its files again, until it is up once more; it is stopping and may take
+ * `seconds` for that. */
 void systemd_ready(void);
+void systemd_reloading(void);
 void systemd_stopping(double seconds);
 
 #endif

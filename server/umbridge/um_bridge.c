@@ -245,7 +245,8 @@ void um_bridge_answer(const ask *a, reply *r) {
   if (root) {
     answer_to(operation_of(a->process), root, &t, r);
   } else {
-    reply_error(r, 400, "InvalidInput", "the body is not valid JSON: %s", why.text);
+    reply_error(r, why.too_large ? 413 : 400, "InvalidInput", "the body %s: %s",
+                why.too_large ? "is too large" : "is not valid JSON", why.text);
   }
   language_free(&t.language);
   doc_arena_free(&t.arena);

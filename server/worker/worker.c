@@ -65,6 +65,14 @@ static int descriptor_of(const void *bytes, size_t size) {
   return fd;
 }
 
+/* Something of the machine's has run out, not of the request's: this worker ends, and a job is
+ * tried again by another one. */
+static bool lack(const char *what) {
+  fprintf(stderr, "scatterd: worker %d ends, %s: %s\n", (int)getpid(), what, strerror(errno));
+  return false;
+}
+
+/* False if the front is gone, or this worker is to end. */
 static bool send_reply(const reply *r) {
   ipc_news news = {.kind = IPC_REPLY,
                    .time = now(),
@@ -72,8 +80,9 @@ static bool send_reply(const reply *r) {
                    .points = r->points,
                    .memory_bytes = r->memory_bytes};
   int fd = -1;
-  if (r->bytes != NULL) fd = descriptor_of(r->bytes, r->size);
-  if (fd >= 0) {
+  if (r->bytes != NULL) {
+    fd = descriptor_of(r->bytes, r->size);
+    if (fd < 0) return lack("no file for the reply");
     news.status = r->status;
     news.size = (int64_t)r->size;
     snprintf(news.type, sizeof news.type, "%s", r->type);

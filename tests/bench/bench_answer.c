@@ -130,8 +130,18 @@ static void solve_bare(const sample *s) {
 
 /* Answers, and takes the laps out of the reply. */
 static void solve_whole(const sample *s, double seconds[LAP_COUNT + 1]) {
-  static const limits most = {1 << 28, 1 << 28,          64, 1000000, 2000000, 500, 4096,
-                              1000000, INT64_C(1) << 32, 60, 1};
+  static const limits most = {.body_bytes = 1 << 28,
+                              .decoded_bytes = 1 << 28,
+                              .depth = 64,
+                              .nodes = 1000000,
+                              .points = 2000000,
+                              .neighbours = 500,
+                              .expression_bytes = 4096,
+                              .expression_work = 1000000000,
+                              .steps = 1000000,
+                              .memory_bytes = INT64_C(1) << 32,
+                              .seconds = 60,
+                              .threads = 1};
   const ask question = {
       .process = "solve", .body = s->body, .size = strlen(s->body), .limits = &most};
   const doc_limits wide = {64, 1000000, 100000000};

@@ -7,8 +7,8 @@
 
 #include <cmocka.h>
 
+#include "exhaust.h"
 #include "inflate.h"
-#include "scarce.h"
 #include "unit/asking.h"
 
 typedef struct {
@@ -53,31 +53,8 @@ static const request requests[] = {
 };
 enum { REQUESTS = sizeof requests / sizeof *requests, MOST = 2000 };
 
-/* One answer with scarce memory; false when there was enough. */
-static bool runs_out(const ask *question, int expected, int64_t granted, bool lasting) {
-  reply r;
-  scarce_after(granted, lasting);
-  answer(question, &r);
-  bool failed = scarce_end();
-  bool is_well =
-      r.status == expected || r.status == 413 || r.status == 422 || (r.status == 500 && !r.bytes);
-  if (!is_well || (!failed && r.status != expected)) {
-    fail_msg("%s, allocation %lld: got %d, needs %d, 413 or 422: %.*s", question->process,
-             (long long)granted, r.status, expected, r.bytes ? (int)r.size : 4,
-             r.bytes ? (char *)r.bytes : "none");
-  }
-  free(r.bytes);
-  return failed;
-}
-
 static void exhaust(const ask *question, bool lasting) {
-  reply r;
-  answer(question, &r);
-  int expected = r.status;
-  free(r.bytes);
-  int64_t n = 0;
-  while (n < MOST && runs_out(question, expected, n, lasting)) n++;
-  assert_in_range(n, 1, MOST - 1);
+  assert_in_range(exhaust_each(question, lasting, 0, 1), 1, MOST - 1);
 }
 
 static void test_json(void **state) {

@@ -72,6 +72,12 @@ static sct_status apply(sct_error *err) {
   return sct_stencil_apply(all.stencil, field, work(), smoothed, gradient, laplacian, err);
 }
 
+static sct_status apply_flagged(sct_error *err) {
+  static double field[N], laplacian[N];
+  static uint8_t flags[N];
+  return sct_stencil_apply_flagged(all.stencil, field, work(), NULL, NULL, laplacian, flags, err);
+}
+
 static sct_status diagnose(sct_error *err) {
   static int32_t neighbours[N];
   static double density[N], velocity[2 * N], tensor[3 * N], condition[N];
@@ -147,6 +153,7 @@ static void rows_fail(void **state) {
 static void applications_fail(void **state) {
   (void)state;
   each_scheme(apply, 3);
+  each_scheme(apply_flagged, 3);
 }
 
 static void diagnoses_fail(void **state) {

@@ -4,13 +4,18 @@
 #include <stddef.h>
 
 static bool is_scarce, has_failed, is_lasting;
-static int64_t left;
+static int64_t left, asked;
 
 void scarce_after(int64_t granted, bool lasting) {
   is_scarce = true;
   has_failed = false;
   is_lasting = lasting;
   left = granted;
+  asked = 0;
+}
+
+int64_t scarce_count(void) {
+  return asked;
 }
 
 bool scarce_end(void) {
@@ -20,6 +25,7 @@ bool scarce_end(void) {
 
 /* Is this allocation to fail? */
 static bool runs_out(void) {
+  asked++;
   if (!is_scarce || (has_failed && !is_lasting) || left-- > 0) return false;
   has_failed = true;
   errno = ENOMEM;

@@ -15,4 +15,7 @@ void scarce_after(int64_t granted, bool lasting);
 /* Ends scarcity; true if an allocation has failed. */
 bool scarce_end(void);
 
+/* Allocations asked for since scarce_after. */
+int64_t scarce_count(void);
+
 #endif

@@ -21,8 +21,8 @@ static void require(int holds, const char *what, const char *text) {
 }
 
 static void read_prefer(const char *text) {
-  const prefer p = prefer_of(text);
-  require(p.wait == -1 || p.wait >= 0, "Prefer: wait", text);
+  const prefer p = prefer_of(text, 60);
+  require(p.wait == -1 || (p.wait >= 0 && p.wait <= 60), "Prefer: wait", text);
   require(p.priority >= -1 && p.priority <= 9, "Prefer: priority", text);
   require(p.shape <= PREFER_REPRESENTATION, "Prefer: return", text);
 }

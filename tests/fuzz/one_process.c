@@ -152,6 +152,10 @@ void *pool_context(const pool_task *task) {
   return task->context;
 }
 
+const char *pool_owner(const pool_task *task) {
+  return task->ask.owner;
+}
+
 void pool_on_room(pool *p, void (*room)(void *self), void *self) {
   p->room = room;
   p->room_self = self;
@@ -169,6 +173,12 @@ int pool_tasks(const pool *p) {
   int count = 0;
   for (const pool_task *t = p->first; t != NULL; t = t->next) count++;
   return count;
+}
+
+/* There is one owner, nobody. */
+int pool_tasks_of(const pool *p, const char *owner) {
+  (void)owner;
+  return pool_tasks(p);
 }
 
 int pool_waiting(const pool *p) {

@@ -7,7 +7,8 @@
 
 The program is $SCATTERD, the one with a worker that fails on demand $SCATTERD_STUB (stub_answer.c);
 a Case runs the latter unless `stub` is False. A daemon listens on a free port (or a Unix socket),
-keeps its files in a directory of its own, and must stop with status 0 and leave nothing behind.
+keeps its files in a directory of its own, and must stop with status 0 and leave nothing behind. It may be called by any Host, unless --hosts is
+among the options.
 """
 
 import contextlib
@@ -100,24 +101,26 @@ class Reply:
 class Daemon:
     """A running daemon."""
 
-    def __init__(self, *options, stub=True, unix=False, environment=None, directory=None):
-        """`directory`: of an earlier daemon that was stopped with keep=True."""
+    def __init__(self, *options, stub=True, unix=False, environment=None, directory=None,
+                 before=None):
+        """`directory`: of an earlier daemon that was stopped with keep=True; `before`: called in
+        the new process before it becomes the daemon."""
         self.directory = directory or tempfile.mkdtemp(prefix="daemon-test-")
         os.chmod(self.directory, 0o755)  # a daemon that leaves root must still reach its data
         self.socket = os.path.join(self.directory, "socket")
         listen = f"unix:{self.socket}" if unix else "127.0.0.1:0"
         self.log = []
         self.process = subprocess.Popen(
-            [program(stub), "--listen", listen, "--data-dir", self.data, *options],
+            [program(stub), "--listen", listen, "--data-dir", self.data, "--hosts", "*", *options],
             stdin=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
-            env={**os.environ, **(environment or {})})
+            env={**os.environ, **(environment or {})}, preexec_fn=before)
         self.pid = self.process.pid
         self.reader = threading.Thread(target=self._read_log, daemon=True)
         self.reader.start()
         try:
             line = self.wait_for_log(r"event=listening address=(\S+)")
         except AssertionError:
-            self.stop()
+            self.stop(keep=directory is not None)
             raise
         self.address = line.group(1)
         self.port = None if unix else int(self.address.rsplit(":", 1)[1])

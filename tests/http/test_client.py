@@ -283,5 +283,53 @@ class Command(unittest.TestCase):
         self.assertRegex(done.stdout, r"(?m)^solve +\w")
 
 
+class Guarded(unittest.TestCase):
+    """A service that wants a token, over TLS with a certificate of its own."""
+
+    @classmethod
+    def setUpClass(cls):
+        room = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(room.cleanup)
+        cls.pem, key = f"{room.name}/pem", f"{room.name}/key"
+        subprocess.run(["openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt",
+                        "ec_paramgen_curve:prime256v1", "-nodes", "-days", "2", "-subj", "/CN=me",
+                        "-addext", "subjectAltName=IP:127.0.0.1", "-keyout", key, "-out", cls.pem],
+                       check=True, capture_output=True)
+        made = subprocess.run([os.environ["SCATTERD"], "token", "me"], check=True,
+                              capture_output=True, text=True)
+        cls.token = made.stderr.split()[-1]
+        pathlib.Path(room.name, "tokens").write_text(made.stdout)
+        cls.daemon = Daemon("--tokens", f"{room.name}/tokens", "--tls-certificate", cls.pem,
+                            "--tls-key", key, stub=False)
+        cls.addClassCleanup(cls.daemon.stop)
+        cls.url = f"https://{cls.daemon.address}"
+
+    def test_token_and_certificate(self):
+        with scatterd.Client(self.url, token=self.token, ca=self.pem) as client:
+            self.assertEqual(client.echo("x")["message"], "x")
+            kept = client.upload(numpy.ones(81))
+            job = client.submit("apply", {"cloud": SQUARE, "field": kept})
+            self.assertEqual(len(job.wait().result()["value"]), 81)
+
+    def test_refusals(self):
+        with scatterd.Client(self.url, ca=self.pem) as client:
+            with self.assertRaises(scatterd.ScatterdError) as refused:
+                client.echo("x")
+            self.assertEqual(refused.exception.status, 401)
+        with scatterd.Client(self.url, token=self.token) as client:  # a stranger's certificate
+            with self.assertRaises(scatterd.UnreachableError):
+                client.echo("x")
+
+    def test_command(self):
+        environment = {**os.environ, "PYTHONPATH": str(ROOT / "clients/python"),
+                       "SCATTERD_URL": self.url, "SCATTERD_CA": self.pem}
+        words = [sys.executable, "-m", "scatterd", "processes"]
+        for extra, more, status in (([], {"SCATTERD_TOKEN": self.token}, 0),
+                                    (["--token", self.token, "--ca", self.pem], {}, 0), ([], {}, 1)):
+            done = subprocess.run([*words, *extra], env={**environment, **more}, check=False,
+                                  capture_output=True, text=True)
+            self.assertEqual(done.returncode, status, done.stderr)
+
+
 if __name__ == "__main__":
     unittest.main()

@@ -108,7 +108,8 @@ class Documents(daemon.Case):
         self.assertEqual(self.get("/processes/%73olve").json["id"], "solve")
         self.assertEqual(self.get("/healthz?x=1").status, 200)
         for path in ["/processes/", "/processes/solve/", "/processes//execution", "//", "/healthzz",
-                     "/processes/solve/execution/x", "/processes/" + 100 * "a", "/job"]:
+                     "/processes/solve/execution/x", "/processes/" + 100 * "a", "/job",
+                     "/processes%2Fsolve", "/processes/solve%2Fexecution"]:
             with self.subTest(path):
                 self.assert_problem(self.get(path), 404)
         for path in ["/processes/solve%00", "/%", "/%4", "/%zz"]:
@@ -121,7 +122,8 @@ class Documents(daemon.Case):
         self.assertTrue(reply.startswith(b"HTTP/1.1 200 "), reply)
 
     def test_no_such_process(self):
-        for reply in (self.get("/processes/nothing"),
+        for reply in (self.get("/processes/nothing" + 300 * "x"), self.get("/processes/nothing%2F"),
+                      self.get("/processes/nothing"),
                       self.execute("{}", "/processes/nothing/execution")):
             problem = self.assert_problem(reply, 404, "nothing")
             self.assertEqual(problem["type"], OGC + "no-such-process")

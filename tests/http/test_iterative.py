@@ -76,6 +76,16 @@ class Iterative(daemon.Case):
         self.assert_close(found, exact, 1e-8)
         self.assertEqual(told["method"], "iterative")
 
+    def test_a_job_tells_its_residuals(self):
+        body = solve([36, 36, 36], {"method": "iterative", "preconditioner": "ilu"})
+        job = self.execute(body, Prefer="respond-async").json["jobID"]
+        text = self.get(f"/jobs/{job}/events").body.decode()
+        told = [json.loads(line.split(":", 1)[1])["residual"] for line in text.splitlines()
+                if line.startswith("data:") and '"residual":' in line]
+        self.assertTrue(told, text)
+        self.assertLess(told[-1], 1)
+        self.assertGreater(min(told), 0)
+
     def test_undetermined_problems_are_named_as_ever(self):
         flux = [{"on": "boundary", "type": "neumann", "value": 0}]
         reply = self.execute(solve([8, 8, 8], {"method": "iterative"}, boundary=flux))

@@ -100,6 +100,8 @@ class Submission(Jobs):
         reply = self.execute("waited for", Prefer="respond-async, wait=20")
         self.assertEqual((reply.status, reply.body), (200, b"waited for"))
         self.assertEqual(reply.headers["Preference-Applied"], "wait=20")
+        self.assertEqual(self.execute("waited for", Prefer="respond-async, wait=99999999999999999999")
+                         .headers["Preference-Applied"], "wait=60")
         self.assertIsNone(reply.headers["Link"])
         self.assertRegex(reply.headers["Content-Location"], r"/jobs/[0-9a-f]{32}/results$")
         reply = self.execute("problem", Prefer="respond-async, wait=20")
@@ -176,7 +178,7 @@ class Submission(Jobs):
         self.assertEqual((head.status, head.body), (200, b""))
 
     def test_no_such_job(self):
-        for path in ("/jobs/none", "/jobs/none/results", "/jobs/none/results/x", "/jobs/none/events"):
+        for path in ("/jobs/none", "/jobs/" + 300 * "0", "/jobs/none%2Fresults", "/jobs/none/results", "/jobs/none/results/x", "/jobs/none/events"):
             with self.subTest(path):
                 problem = self.assert_problem(self.get(path), 404)
                 self.assertEqual(problem["type"], EXCEPTION + "no-such-job")
@@ -463,7 +465,9 @@ class Listing(Jobs):
                       "processID=", "datetime=yesterday", "datetime=2026-13-01T00:00:00Z",
                       "datetime=2026-01-01T00:00:00Z/2025-01-01T00:00:00Z", "datetime=", "datetime=..",
                       "datetime=2026-01-01T00:00:00Z/x", "minDuration=x", "minDuration=-1",
-                      "maxDuration=1.5", "maxDuration=", "parent=none"):
+                      "maxDuration=1.5", "maxDuration=", "parent=none",
+                      "datetime=2026-02-30T00:00:00Z", "limit=1&limit=2",
+                      "status=failed&status=dismissed"):
             with self.subTest(query):
                 self.assert_problem(self.get(f"/jobs?{query}"), 400, query.split("=")[0])
 

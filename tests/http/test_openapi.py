@@ -46,6 +46,8 @@ NOT_SEEN = {
     "408": "takes the patience of a slow client (http.faults)",
 }
 
+EVERYWHERE = source.OF_EVERY_REQUEST + source.OF_EVERY_CHANGE
+
 RARE = {
     ("/data", "post", "422"): "takes an upload beyond the memory of a worker",
     ("/data", "post", "504"): "takes an upload that is read for longer than the time limit",
@@ -75,7 +77,8 @@ class Recorder:
         sent = gzip.compress(data) if fields.get("Content-Encoding") == "gzip" else data
         connection = self.server.connect(60)
         try:
-            connection.putrequest(method, path, skip_accept_encoding=True)
+            connection.putrequest(method, path, skip_host="Host" in fields,
+                                  skip_accept_encoding=True)
             for name, value in fields.items():
                 connection.putheader(name, value)
             if sent is not None:
@@ -365,6 +368,13 @@ def talk_under_pressure(say):
         execute(say, echo(3), "echo", Prefer="respond-async")
 
 
+def talk_of_strangers(say):
+    say("GET", "/healthz", headers={"Host": "elsewhere.example"})
+    for path in ("/processes/solve/execution", "/data", "/Evaluate"):
+        say("POST", path, b"{}", {"Origin": "https://elsewhere.example"})
+    say("DELETE", "/jobs/nothing", headers={"Origin": "https://elsewhere.example"})
+
+
 # --- The tests ---------------------------------------------------------------------------------
 
 
@@ -376,7 +386,8 @@ def plain(path):
 class OpenApi(daemon.Case):
     stub = False
     options = ["--seconds", "3", "--job-seconds", "3", "--cors-origins", "*", "--workers", "2"]
-    pressed = ["--workers", "2", "--queue", "1", "--job-queue", "2", "--seconds", "20"]
+    pressed = ["--workers", "2", "--queue", "1", "--job-queue", "2", "--seconds", "20",
+               "--hosts", ""]
 
     @classmethod
     def setUpClass(cls):
@@ -390,10 +401,29 @@ class OpenApi(daemon.Case):
         second.wait_ready()
         pressed = Recorder(second)
         talk_under_pressure(pressed)
+        talk_of_strangers(pressed)
         status = second.stop()
         assert status == 0, second.log
-        say.pairs += pressed.pairs
+        say.pairs += pressed.pairs + cls.guarded()
         cls.verdict = cls.validate()
+
+    @classmethod
+    def guarded(cls):
+        """What is said to a daemon that wants tokens."""
+        with tempfile.TemporaryDirectory() as room:
+            path = pathlib.Path(room) / "tokens"
+            made = subprocess.run([daemon.program(stub=False), "token", "me", "rate=0.1", "burst=3"],
+                                  capture_output=True, text=True, check=True)
+            path.write_text(made.stdout)
+            third = daemon.Daemon("--tokens", str(path), "--workers", "1", stub=False)
+            third.wait_ready()
+            say = Recorder(third)
+            for _ in range(5):
+                say("GET", "/jobs", headers={"Authorization": "Bearer " + made.stderr.split()[-1]})
+            say("GET", "/jobs")
+            say("POST", "/processes/solve/execution", SMALL)
+            third.stop()
+        return say.pairs
 
     @classmethod
     def validate(cls):
@@ -443,7 +473,7 @@ class OpenApi(daemon.Case):
             for status in operation["responses"]:
                 if status in NOT_SEEN or (path, method, status) in seen:
                     continue
-                if status in source.OF_EVERY_REQUEST and status in statuses:
+                if status in EVERYWHERE and status in statuses:
                     continue  # the same code for all: once is enough
                 missing.add((path, method, status))
         if ("/", "get", "304") not in seen:
@@ -469,8 +499,8 @@ class OpenApi(daemon.Case):
         fields = {name.lower() for name in self.api["components"]["headers"]}
         taken = {p["name"].lower() for p in self.api["components"]["parameters"].values()}
         of_http = {"accept", "content-type", "host", "transfer-encoding", "content-length",
-                   "x-forwarded-for", "authorization"}
-        for path in sorted(FRONT.glob("*.c")):
+                   "authorization", "sec-fetch-site"}
+        for path in sorted(FRONT.rglob("*.c")):
             text = path.read_text()
             for name in re.findall(r'exchange_add\([^,]*, "([A-Za-z-]+)"', text):
                 self.assertIn(name.lower(), fields, path.name)

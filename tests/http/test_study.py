@@ -120,11 +120,11 @@ class Cases(Study):
         self.assertEqual(operator("laplace", {"scheme": "lsmps"}), {"scheme": "lsmps"})
 
     def test_the_limit_of_time_is_the_daemons(self):
-        d = daemon.Daemon("--seconds", "0.3", stub=False)
+        d = daemon.Daemon("--seconds", "3", stub=False)
         self.addCleanup(d.stop)
         d.wait_ready()
         with Client(f"http://{d.address}") as client, self.assertRaises(ScatterdError) as caught:
-            client.study("diffusion-3d", [24], parameters={"seeds": 1000})
+            client.study("diffusion-3d", [24], parameters={"seeds": 1000})  # minutes
         self.assertEqual(caught.exception.status, 504)
         self.assertIn("row 1 of 1", caught.exception.detail)
 

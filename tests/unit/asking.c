@@ -19,6 +19,7 @@ limits asking_limits(void) {
                   .points = 200000,
                   .neighbours = 500,
                   .expression_bytes = 4096,
+                  .expression_work = 1000000000,
                   .steps = 100000,
                   .memory_bytes = INT64_C(1) << 32,
                   .seconds = 60,

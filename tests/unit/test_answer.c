@@ -212,6 +212,12 @@ static void test_bad_bodies(void **state) {
   a = ask_all(&question);
   assert_int_equal(400, a.raw.status);
   asked_clear(&a);
+  most = asking_limits();
+  most.expression_work = 80; /* of 81 points, with an operation each */
+  a = ask_all(&question);
+  assert_int_equal(400, a.raw.status);
+  assert_non_null(strstr(at_pointer(a.root, "/errors/0/detail")->text, "more than 80 together"));
+  asked_clear(&a);
 }
 
 /* Shuffling the points of a cloud, with its groups, normals and fields, shuffles the answer. */
@@ -380,6 +386,26 @@ static void test_apply(void **state) {
   asked_clear(&a);
 }
 
+/* The end points of a line have to look further for the two neighbours that a Laplacian needs; what
+ * is not made is not told of. */
+static void test_rows_of_apply(void **state) {
+  static const char line[] =
+      "{\"inputs\":{\"cloud\":{\"points\":[0,1,2,3,4],\"spacing\":1},"
+      "\"operator\":{\"scheme\":\"ips\"},\"field\":\"x\"},"
+      "\"outputs\":{\"diagnostics\":{}%s}}";
+  char body[512];
+  (void)state;
+  snprintf(body, sizeof body, line, ",\"laplacian\":{}");
+  asked a = well("apply", body);
+  assert_true(number_at(a.root, "/diagnostics/value/widened") == 2);
+  assert_true(number_at(a.root, "/diagnostics/value/fallback") == 0);
+  asked_clear(&a);
+  snprintf(body, sizeof body, line, ",\"value\":{}");
+  a = well("apply", body);
+  assert_null(at_pointer(a.root, "/diagnostics/value/widened"));
+  asked_clear(&a);
+}
+
 /* Points of no group are interior; if there are none, all points count. */
 static void test_interior(void **state) {
   static const char *const groups[] = {"{}", "{\"a\":[0,4]}", "{\"a\":[0,1,2],\"b\":[2,3,4]}"};
@@ -465,8 +491,9 @@ int main(void) {
       cmocka_unit_test(test_forms),       cmocka_unit_test(test_bad_bodies),
       cmocka_unit_test(test_renumbering), cmocka_unit_test(test_conditions),
       cmocka_unit_test(test_time),        cmocka_unit_test(test_explicit),
-      cmocka_unit_test(test_apply),       cmocka_unit_test(test_interior),
-      cmocka_unit_test(test_diagnose),    cmocka_unit_test(test_report),
+      cmocka_unit_test(test_apply),       cmocka_unit_test(test_rows_of_apply),
+      cmocka_unit_test(test_interior),    cmocka_unit_test(test_diagnose),
+      cmocka_unit_test(test_report),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

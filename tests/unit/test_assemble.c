@@ -124,6 +124,24 @@ static void points_without_an_equation_are_named(void **state) {
   problem_clear(&p);
 }
 
+/* The weights of the neighbours of a point may cancel, and leave Dirichlet values alone. */
+static void points_without_an_unknown_are_named(void **state) {
+  (void)state;
+  problem p = square(SCT_DIRICHLET);
+  sct_system *s = NULL;
+  sct_error err;
+  expect_ok(build(&p, &s, &err), &err);
+  for (int64_t e = s->matrix->start[0]; e < s->matrix->start[1]; e++) s->matrix->value[e] = 0;
+  assert_true(s->coupling->start[1] > s->coupling->start[0]);
+  assert_true(sct_system_explain(s, &err));
+  assert_int_equal(err.code, SCT_E_SINGULAR);
+  assert_int_equal(err.count, 1);
+  assert_int_equal(err.point, s->point_of[0]);
+  assert_non_null(strstr(err.text, "without an unknown"));
+  sct_system_free(&s);
+  problem_clear(&p);
+}
+
 /* Two squares far apart, only the first with a Dirichlet point. */
 static void an_isolated_group_is_named(void **state) {
   (void)state;
@@ -173,6 +191,7 @@ int main(void) {
       cmocka_unit_test(dirichlet_points_are_eliminated),
       cmocka_unit_test(without_a_value_only_up_to_a_constant),
       cmocka_unit_test(points_without_an_equation_are_named),
+      cmocka_unit_test(points_without_an_unknown_are_named),
       cmocka_unit_test(an_isolated_group_is_named),
       cmocka_unit_test(what_cannot_be_assembled_is_refused),
   };

@@ -50,7 +50,23 @@ static void test_hmac(void **state) {
   }
 }
 
+static void test_memory(void **state) {
+  static const unsigned char expected[] = {0xba, 0x78, 0x16, 0xbf};
+  unsigned char sum[DIGEST_BYTES], other[DIGEST_BYTES];
+  (void)state;
+  digest_bytes("abc", 3, sum);
+  assert_memory_equal(sum, expected, sizeof expected);
+  memcpy(other, sum, sizeof other);
+  assert_true(digest_is(sum, other));
+  for (int k = 0; k < 8 * DIGEST_BYTES; k++) {
+    other[k / 8] ^= (unsigned char)(1 << k % 8);
+    assert_false(digest_is(sum, other));
+    other[k / 8] ^= (unsigned char)(1 << k % 8);
+  }
+}
+
 int main(void) {
-  const struct CMUnitTest tests[] = {cmocka_unit_test(test_sha256), cmocka_unit_test(test_hmac)};
+  const struct CMUnitTest tests[] = {cmocka_unit_test(test_sha256), cmocka_unit_test(test_hmac),
+                                     cmocka_unit_test(test_memory)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

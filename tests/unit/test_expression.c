@@ -245,12 +245,57 @@ static void test_many(void **state) {
   }
 }
 
+static void test_operations(void **state) {
+  fixture *f = *state;
+  static const struct {
+    const char *text;
+    int64_t operations;
+  } cases[] = {{"x", 0},       {"1e-3", 0},       {"x + 2*y", 2},
+               {"(((x)))", 0}, {"sin(x) ^ 2", 2}, {"min(x, y, 1)", 1},
+               {"-x", 1},      {"x ? 1 : y", 1},  {"sinh(sin(x))", 2}};
+  for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+    expression e;
+    expression_error why = {0};
+    assert_true(expression_check(language_of(&f->t), cases[k].text, 3, &e, &why));
+    assert_int_equal(e.operations, cases[k].operations);
+  }
+}
+
+/* As deep as the longest text allows: understood, or refused. */
+static void test_deep(void **state) {
+  fixture *f = *state;
+  static const char *const around[][2] = {
+      {"(", ")"}, {"-", ""}, {"sin(", ")"}, {"x^", ""}, {"x?", ":x"}};
+  char text[4097];
+  for (size_t k = 0; k < sizeof around / sizeof *around; k++) {
+    const size_t before = strlen(around[k][0]), after = strlen(around[k][1]);
+    const size_t deep = (sizeof text - 2) / (before + after);
+    char *at = text;
+    for (size_t n = 0; n < deep; n++) at = mempcpy(at, around[k][0], before);
+    *at++ = 'x';
+    for (size_t n = 0; n < deep; n++) at = mempcpy(at, around[k][1], after);
+    *at = '\0';
+    expression e;
+    expression_error why = {0};
+    double out = 0;
+    language *l = language_of(&f->t);
+    if (expression_check(l, text, 3, &e, &why)) {
+      assert_true(expression_evaluate(l, &e, 3, X, NULL, 1, T, &out, 1));
+    } else {
+      assert_true(*why.text != '\0');
+    }
+  }
+  assert_true(value_of(f, "1 + 1") == 2); /* the parser is none the worse */
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test_setup_teardown(test_values, set_up, tear_down),
       cmocka_unit_test_setup_teardown(test_errors, set_up, tear_down),
       cmocka_unit_test_setup_teardown(test_varies, set_up, tear_down),
       cmocka_unit_test(test_names),
+      cmocka_unit_test_setup_teardown(test_operations, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(test_deep, set_up, tear_down),
       cmocka_unit_test_setup_teardown(test_many, set_up, tear_down),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

@@ -21,6 +21,7 @@ static void test_defaults(void **state) {
   assert_int_equal(p.limits.points, 2000000);
   assert_int_equal(p.limits.neighbours, 500);
   assert_int_equal(p.limits.expression_bytes, 4096);
+  assert_int_equal(p.limits.expression_work, 1000000000);
   assert_int_equal(p.limits.steps, 1000000);
   assert_true(p.limits.seconds > 0 && p.limits.threads > 0 && p.limits.memory_bytes > 0);
   assert_true(p.limits.decoded_bytes > 0 && p.limits.nodes > 0);

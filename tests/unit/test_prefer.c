@@ -29,9 +29,11 @@ static void test_prefer(void **state) {
               {"wait=-1", false, -1},
               {"wait=1.5", false, -1},
               {"wait=\"7\" ; q", false, 7},
+              {"wait=100", false, 100},
+              {"wait=99999999999999999999", false, 100},
               {"handling=lenient,respond-async;a=b", true, -1}};
   for (size_t k = 0; k < sizeof rows / sizeof *rows; k++) {
-    const prefer got = prefer_of(rows[k].text);
+    const prefer got = prefer_of(rows[k].text, 100);
     assert_int_equal(got.respond_async, rows[k].respond_async);
     assert_true(got.wait == rows[k].wait);
   }
@@ -50,7 +52,7 @@ static void test_shape_and_priority(void **state) {
               {"priority=10, priority=-1, priority, priority=x", PREFER_ANY, -1}};
   (void)state;
   for (size_t k = 0; k < sizeof rows / sizeof *rows; k++) {
-    const prefer got = prefer_of(rows[k].text);
+    const prefer got = prefer_of(rows[k].text, 100);
     assert_int_equal(got.shape, rows[k].shape);
     assert_int_equal(got.priority, rows[k].priority);
   }

@@ -170,18 +170,67 @@ static void a_guess_saves_iterations(void **state) {
   sct_csr_free(&p.a);
 }
 
-/* Transposed systems are for direct solvers. */
+/* Transposed systems are iterated, with ILU in the place of multigrid. */
 static void transposed(void **state) {
   (void)state;
   static problem p;
+  static const char *const preconditioners[] = {"ilu", "amg"};
   double r[N];
-  const sct_solve_options options = {.dim = 2, .method = "iterative"};
+  for (int k = 0; k < 2; k++) {
+    const sct_solve_options options = {
+        .dim = 2, .method = "iterative", .preconditioner = preconditioners[k]};
+    make(&p, 3, 0);
+    sct_solver *solver = ready(&p, &options);
+    assert_int_equal(sct_solver_solve(solver, p.b, true, p.x, NULL), SCT_OK);
+    assert_string_equal(sct_solver_report(solver)->fallback, "");
+    assert_string_equal(sct_solver_report(solver)->preconditioner, "ilu");
+    assert_true(sct_solver_report(solver)->iterations > 0);
+    sct_csr_residual_transposed(p.a, p.x, p.b, r, NULL);
+    for (int i = 0; i < N; i++) assert_near(r[i], 0, 1e-8);
+    sct_solver_free(&solver);
+    sct_csr_free(&p.a);
+  }
+}
+
+typedef struct {
+  int residuals, reports, most; /* how often it may be told of progress */
+  double last, fraction;
+} listener;
+
+static void hear(void *context, double value) {
+  listener *l = context;
+  l->residuals++;
+  l->last = value;
+}
+
+static bool let(void *context, const char *phase, double fraction) {
+  listener *l = context;
+  assert_string_equal(phase, "solve");
+  assert_true(fraction >= 0 && fraction <= 1);
+  l->fraction = fraction;
+  return ++l->reports <= l->most;
+}
+
+/* Every iteration is told, and may be the last: then nobody takes over. */
+static void is_watched(void **state) {
+  (void)state;
+  static problem p;
+  listener l = {.most = 1000};
+  const sct_work work = {.report = let, .context = &l, .residual = hear};
+  const sct_solve_options options = {
+      .dim = 2, .method = "iterative", .tolerance = 1e-9, .work = &work};
   make(&p, 3, 0);
   sct_solver *solver = ready(&p, &options);
-  assert_int_equal(sct_solver_solve(solver, p.b, true, p.x, NULL), SCT_OK);
-  assert_true(strlen(sct_solver_report(solver)->fallback) > 10);
-  sct_csr_residual_transposed(p.a, p.x, p.b, r, NULL);
-  for (int i = 0; i < N; i++) assert_near(r[i], 0, 1e-10);
+  assert_int_equal(sct_solver_solve(solver, p.b, false, p.x, NULL), SCT_OK);
+  const sct_solve_report *report = sct_solver_report(solver);
+  assert_int_equal(l.residuals, report->iterations + 1);
+  assert_near(l.last, report->relative_residual, 1e-10);
+  assert_true(l.fraction == 1);
+
+  l = (listener){.most = 1};
+  assert_int_equal(sct_solver_solve(solver, p.b, false, p.x, NULL), SCT_E_CANCELLED);
+  assert_string_equal(report->fallback, "");
+  assert_int_equal(l.reports, 2);
   sct_solver_free(&solver);
   sct_csr_free(&p.a);
 }
@@ -269,6 +318,7 @@ int main(void) {
       cmocka_unit_test(no_preconditioner_falls_back),
       cmocka_unit_test(a_guess_saves_iterations),
       cmocka_unit_test(transposed),
+      cmocka_unit_test(is_watched),
       cmocka_unit_test(factored_anew),
       cmocka_unit_test(is_foreseen),
   };

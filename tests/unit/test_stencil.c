@@ -151,6 +151,37 @@ static void a_thin_neighbourhood_is_widened(void **state) {
 
 /* What is asked of a row to solve with: every accepted row keeps sum |l| <= 1.5 sum l, and rows of
  * any cloud are the same whatever the number of threads. */
+/* An application tells what became of each row, as the rows do one by one. */
+static void an_application_tells_of_its_rows(void **state) {
+  (void)state;
+  const sct_operator op = sct_operator_default(SCT_LSMPS, 2);
+  fixture f = fixture_unit(2, 8, 0.4, 3, &op);
+  double *phi = fixture_alloc(f.cloud.n, sizeof *phi), *out = fixture_alloc(f.cloud.n, sizeof *out);
+  uint8_t *flags = fixture_alloc(f.cloud.n, sizeof *flags);
+  int64_t widened = 0;
+  sct_room *room = NULL;
+  sct_row row;
+  sct_error err;
+  for (int64_t i = 0; i < f.cloud.n; i++) phi[i] = sin((double)i);
+  expect_ok(sct_stencil_apply_flagged(f.stencil, phi, NULL, NULL, NULL, out, flags, &err), &err);
+  expect_ok(sct_room_new(f.stencil, &room, &err), &err);
+  for (int64_t i = 0; i < f.cloud.n; i++) {
+    expect_ok(sct_stencil_row(f.stencil, i, &(const sct_row_request){.want = SCT_ROW_LAPLACIAN},
+                              room, &row, &err),
+              &err);
+    assert_int_equal(flags[i], row.flags);
+    widened += (flags[i] & SCT_ROW_WIDENED) != 0;
+  }
+  assert_true(widened > 0 && widened < f.cloud.n); /* corners */
+  expect_ok(sct_stencil_apply_flagged(f.stencil, phi, NULL, out, NULL, NULL, flags, &err), &err);
+  for (int64_t i = 0; i < f.cloud.n; i++) assert_int_equal(flags[i], 0);
+  sct_room_free(&room);
+  free(phi);
+  free(out);
+  free(flags);
+  fixture_clear(&f);
+}
+
 static void rows_to_solve_with_are_stable(void **state) {
   (void)state;
   const sct_operator op = sct_operator_default(SCT_LSMPS, 2);
@@ -244,6 +275,7 @@ int main(void) {
       cmocka_unit_test(a_line_in_the_plane_is_deficient),
       cmocka_unit_test(an_isolated_point_is_named),
       cmocka_unit_test(a_thin_neighbourhood_is_widened),
+      cmocka_unit_test(an_application_tells_of_its_rows),
       cmocka_unit_test(rows_to_solve_with_are_stable),
       cmocka_unit_test(threads_do_not_matter),
       cmocka_unit_test(beta_is_continuous_and_bounded),

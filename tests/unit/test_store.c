@@ -76,7 +76,7 @@ static void test_row_comes_back(void **state) {
   row.state = JOB_FAILED;
   row.status = 422;
   row.finished = 3000.125;
-  assert_int_equal(store_update(s, &row, "problem", 7), STORE_OK);
+  assert_int_equal(store_update(s, &row, "", "problem", 7), STORE_OK);
   assert_int_equal(store_job_number(s, row.number, &back), STORE_OK);
   assert_memory_equal(&back, &row, sizeof row);
   size_t size = 0;
@@ -131,11 +131,13 @@ static void test_keys_and_digests(void **state) {
   assert_string_equal(digest, "d");
   assert_int_equal(store_by_key(s, "you", "k", &back, digest), STORE_NONE);
   assert_int_equal(store_by_key(s, "me", "", &back, digest), STORE_NONE);
-  assert_int_equal(store_by_digest(s, "d", 499, &back), STORE_OK);
-  assert_int_equal(store_by_digest(s, "d", 501, &back), STORE_NONE);
+  assert_int_equal(store_by_digest(s, "", "d", 499, &back), STORE_OK);
+  assert_int_equal(store_by_digest(s, "me", "d", 499, &back), STORE_OK);
+  assert_int_equal(store_by_digest(s, "you", "d", 499, &back), STORE_NONE);
+  assert_int_equal(store_by_digest(s, "", "d", 501, &back), STORE_NONE);
   row.reusable = 0;
-  assert_int_equal(store_update(s, &row, NULL, 0), STORE_OK);
-  assert_int_equal(store_by_digest(s, "d", 499, &back), STORE_NONE);
+  assert_int_equal(store_update(s, &row, "", NULL, 0), STORE_OK);
+  assert_int_equal(store_by_digest(s, "", "d", 499, &back), STORE_NONE);
   store_close(&s);
 }
 

@@ -15,7 +15,10 @@ import type {
 export interface ClientOptions {
   /** Encoding of bodies, both ways. CBOR by default: numbers arrive as typed arrays. */
   format?: Format;
-  /** Sent with every request, such as Authorization. */
+  /** Secret of a token, if the daemon wants one. A page that the daemon served needs none: the browser
+   *  asks for name and secret and sends them. */
+  token?: string;
+  /** Sent with every request. */
   headers?: Record<string, string>;
   /** A fetch of your own. */
   fetch?: typeof fetch;
@@ -56,7 +59,8 @@ export class Client {
     this.base = new URL(url);
     if (!this.base.pathname.endsWith('/')) this.base.pathname += '/';
     this.format = options.format ?? 'cbor';
-    this.headers = options.headers ?? {};
+    const known: Record<string, string> = options.token ? { Authorization: `Bearer ${options.token}` } : {};
+    this.headers = { ...known, ...options.headers };
     this.fetch = options.fetch ?? ((input, init) => globalThis.fetch(input, init));
   }
 

@@ -1,5 +1,10 @@
 import assert from 'node:assert/strict';
+import { execFile } from 'node:child_process';
+import { mkdtemp, rm, writeFile } from 'node:fs/promises';
+import { tmpdir } from 'node:os';
+import { join } from 'node:path';
 import { after, before, test } from 'node:test';
+import { promisify } from 'node:util';
 import { startDaemon } from './daemon.js';
 import { library } from './library.js';
 
@@ -19,6 +24,25 @@ const laplace = {
   boundary: [{ on: 'boundary', type: 'dirichlet', value: exact }],
   exact,
 };
+
+test('a daemon that wants tokens gets one', async () => {
+  const folder = await mkdtemp(join(tmpdir(), 'scatterd-token-'));
+  const file = join(folder, 'tokens');
+  const made = await promisify(execFile)(process.env.SCATTERD, ['token', 'me']);
+  await writeFile(file, made.stdout, { mode: 0o600 });
+  const guarded = await startDaemon({ options: ['--tokens', file] });
+  try {
+    const client = new Client(guarded.url, { token: made.stderr.trim().split(' ').pop() });
+    const job = await client.submit('echo', { message: 'known' });
+    assert.equal((await job.wait()).message, 'known');
+    const stranger = new Client(guarded.url);
+    await assert.rejects(stranger.jobs(), (error) => error instanceof ProblemError && error.status === 401);
+    await assert.rejects(stranger.job(job.id).wait(), (error) => error.status === 401);
+  } finally {
+    await guarded.stop();
+    await rm(folder, { recursive: true });
+  }
+});
 
 test('processes are listed and described', async () => {
   const client = new Client(daemon.url);

@@ -35,7 +35,7 @@ class Client:
 
     Args:
         threads: requests at a time, and as many that wait for jobs.
-        options: url, token, timeout, format, retry of `scatterd.Client`.
+        options: url, token, timeout, format, retry, ca of `scatterd.Client`.
     """
 
     def __init__(self, *arguments: Any, threads: int = 16, **options: Any):

@@ -29,10 +29,12 @@ class Client(Jobs):
     Args:
         url: http://HOST:PORT, https://HOST:PORT or unix:PATH; by default $SCATTERD_URL, else
             http://127.0.0.1:8480.
-        token: sent as a bearer token, if the service wants one.
+        token: sent as a bearer token, if the service wants one; by default $SCATTERD_TOKEN.
         timeout: seconds to wait for an answer.
         format: "cbor" or "json" on the wire; by default cbor where cbor2 is installed.
         retry: how often a busy or lost service is asked again.
+        ca: file of certificates (PEM) to trust beside those of the system, for a service with one
+            of its own; by default $SCATTERD_CA.
 
     Threads may share a client: each has its own connection, kept open between requests. Every
     method raises ScatterdError if the service refuses or fails, UnreachableError without one.
@@ -45,13 +47,15 @@ class Client(Jobs):
         timeout: float | None = 600.0,
         format: str | None = None,
         retry: Retry | None = None,
+        ca: str | None = None,
     ):
         self.url = url or os.environ.get("SCATTERD_URL") or DEFAULT_URL
         self.format = format or wire.best_format()
         if self.format not in ("cbor", "json"):
             raise ValueError(f"format is {format!r}, needs 'cbor' or 'json'")
+        token = token or os.environ.get("SCATTERD_TOKEN")
         self.headers = {"Authorization": f"Bearer {token}"} if token else {}
-        self.transport = Transport(self.url, timeout)
+        self.transport = Transport(self.url, timeout, ca or os.environ.get("SCATTERD_CA"))
         self.retry = retry or Retry()
 
     def solve(

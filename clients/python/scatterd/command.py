@@ -35,7 +35,10 @@ def main(arguments: list[str] | None = None) -> int:
 def parser() -> argparse.ArgumentParser:
     shared = argparse.ArgumentParser(add_help=False)
     shared.add_argument("--url", help=f"address (default $SCATTERD_URL, else {DEFAULT_URL})")
-    shared.add_argument("--token", help="bearer token, if the service wants one")
+    shared.add_argument("--token", help="bearer token, if the service wants one (default "
+                        "$SCATTERD_TOKEN, which other users of this machine cannot see)")
+    shared.add_argument("--ca", metavar="FILE", help="certificates to trust beside those of the "
+                        "system (default $SCATTERD_CA)")
     shared.add_argument("--timeout", type=float, default=600, help="seconds to wait (default 600)")
     shared.add_argument("--format", choices=("cbor", "json"), help="format on the wire")
     top = argparse.ArgumentParser(

@@ -29,7 +29,7 @@ def add_output(command: argparse.ArgumentParser, with_plot: bool = True) -> None
 
 def client(options: argparse.Namespace) -> Client:
     """The client of the options that all commands share."""
-    return Client(options.url, options.token, options.timeout, options.format)
+    return Client(options.url, options.token, options.timeout, options.format, ca=options.ca)
 
 
 def check_output(name: str | None) -> None:

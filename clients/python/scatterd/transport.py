@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import http.client
 import socket
+import ssl
 import threading
 import weakref
 from typing import Iterator, NamedTuple
@@ -42,6 +43,14 @@ class Stream(NamedTuple):
         self.connection.close()
 
 
+def trusting(ca: str | None) -> ssl.SSLContext:
+    """What checks the certificate of a service."""
+    context = ssl.create_default_context()
+    if ca:
+        context.load_verify_locations(ca)
+    return context
+
+
 class UnixConnection(http.client.HTTPConnection):
     """HTTP over a Unix socket."""
 
@@ -57,11 +66,13 @@ class UnixConnection(http.client.HTTPConnection):
 
 
 class Transport:
-    """Sends requests to the service at `url`: http://, https:// or unix:PATH."""
+    """Sends requests to the service at `url`: http://, https:// or unix:PATH; `ca` is a file of
+    certificates to trust beside those of the system."""
 
-    def __init__(self, url: str, timeout: float | None):
+    def __init__(self, url: str, timeout: float | None, ca: str | None = None):
         self.url = url
         self.timeout = timeout
+        self.context = trusting(ca) if url.startswith("https:") else None
         self.prefix = "" if url.startswith("unix:") else urlsplit(url).path.rstrip("/")
         self.local = threading.local()
         self.all: weakref.WeakSet[http.client.HTTPConnection] = weakref.WeakSet()
@@ -74,10 +85,13 @@ class Transport:
         if self.url.startswith("unix:"):
             return UnixConnection(self.url.removeprefix("unix:").removeprefix("//"), self.timeout)
         parts = urlsplit(self.url)
-        kinds = {"http": http.client.HTTPConnection, "https": http.client.HTTPSConnection}
-        if parts.scheme not in kinds or not parts.hostname:
+        if parts.scheme not in ("http", "https") or not parts.hostname:
             raise ValueError(f"address {self.url!r} is none of http://..., https://..., unix:PATH")
-        return kinds[parts.scheme](parts.hostname, parts.port, timeout=self.timeout)
+        if parts.scheme == "http":
+            return http.client.HTTPConnection(parts.hostname, parts.port, timeout=self.timeout)
+        return http.client.HTTPSConnection(
+            parts.hostname, parts.port, timeout=self.timeout, context=self.context
+        )
 
     def request(
         self, method: str, path: str, body: bytes | None, headers: dict[str, str]

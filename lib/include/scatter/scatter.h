@@ -12,6 +12,8 @@
 #include "scatter/kernel.h"    /* weights */
 #include "scatter/limited.h"   /* convection by slope-limited edges */
 #include "scatter/march.h"     /* or marched in time */
+#include "scatter/partition.h" /* clouds in parts, for many processes */
+#include "scatter/ranks.h"     /* systems solved by them */
 #include "scatter/search.h"    /* neighbours */
 #include "scatter/slope.h"     /* how a system changes with its data */
 #include "scatter/solve.h"     /* the system solved */

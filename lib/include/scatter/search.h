@@ -78,7 +78,7 @@ int64_t sct_search_around(const sct_search *search, const double *x, double radi
 SCT_NODISCARD sct_status sct_search_nearest(const sct_search *search, const sct_work *work,
                                             double *distance, sct_error *err);
 
-/* The median of `value` [n], which is left as it was; n even: the lower of the two middle ones.
+/* The median of `value` [n], which is left as it was; n even: the mean of the two middle ones.
  * For the spacing of a cloud: the median of its nearest-neighbour distances. SCT_E_ARGUMENT for
  * n < 1. Cost O(n), no memory. Proof: unit.median */
 SCT_NODISCARD sct_status sct_median(const double *value, int64_t n, double *median, sct_error *err);

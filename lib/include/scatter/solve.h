@@ -24,6 +24,8 @@ typedef struct {
   const uint8_t *is_equation; /* [rows] 1: equation row, 0: condition row; NULL: all equations. Read
                                  by factor */
   bool guess;                 /* iterative: x of a solve comes with a guess */
+  const sct_work *work;       /* iterative: hears the relative residual of every iteration, and may
+                                 end it; progress is phase "solve". NULL: nobody */
 } sct_solve_options;
 
 enum { SCT_SOLVE_HISTORY = 64, SCT_SOLVE_REASON = 160 };
@@ -100,11 +102,11 @@ SCT_NODISCARD sct_status sct_solver_factor(sct_solver *solver, const sct_csr *a,
 
 /* x = A^-1 b, or A^-T b if `transposed`; one step of iterative refinement where the backward error
  * is above options.backward_error, kept if it lowers it. b [rows], x [rows] out (in and out with
- * options.guess), not overlapping. The iterative solver goes on until the residual of x itself
- * meets the tolerance; where it stagnates, breaks down or runs out of iterations, a direct one
- * takes over for good (report->fallback says why), up to 200 000 rows for dim 3 and 3 000 000 else:
- * above, SCT_E_CONVERGENCE. SCT_E_ARGUMENT (nothing factored), SCT_E_NOT_FINITE (b); a result that
- * is not finite is SCT_E_SINGULAR. Proof: unit.solve */
+ * options.guess), not overlapping. The iterative solver (transposed: always with ILU) goes on until
+ * the residual of x itself meets the tolerance; where it stagnates, breaks down or runs out of
+ * iterations, a direct one takes over for good (report->fallback says why), up to 200 000 rows for
+ * dim 3 and 3 000 000 else: above, SCT_E_CONVERGENCE. SCT_E_ARGUMENT (nothing factored),
+ * SCT_E_NOT_FINITE (b); a result that is not finite is SCT_E_SINGULAR. Proof: unit.solve */
 SCT_NODISCARD sct_status sct_solver_solve(sct_solver *solver, const double *b, bool transposed,
                                           double *x, sct_error *err);
 

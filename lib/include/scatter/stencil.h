@@ -16,12 +16,15 @@
 extern "C" {
 #endif
 
-/* symbol, name. mps:   g = (d/S_w) w r_j / r^2               l = 2 d w / (lambda S_w)  [H11] eq. 5,
- * 7 ps:    g = (d/S_w) w r_j / r^2               l = (2 d/S_w) w / r^2   [H16] eq. 1, 2 ips:   g =
- * M^-1 w r_j / r^2   l = (2 d/S_w) (w / r^2) (1 - o . M^-1 r_j) [H16] eq. 15-20, 26-27 ipsn:  as
- * ips with l d / trace T, where trace T / d > 0.3; else an lsmps row lsmps: weighted least squares
- * fit of the complete Taylor polynomial of `degree` lambda = sum w r^2 / sum w. Exact for: mps, ps
- * lattices; ips linear; lsmps its degree. */
+/* symbol, name. Exact for: mps, ps lattices; ips linear functions; lsmps polynomials of its degree.
+ *   mps    g = (d/S_w) w r_j / r^2    l = 2 d w / (lambda S_w), lambda = sum w r^2 / sum w
+ *                                                                           [H11] eq. 5, 7
+ *   ps     g = (d/S_w) w r_j / r^2    l = (2 d/S_w) w / r^2                 [H16] eq. 1, 2
+ *   ips    g = M^-1 w r_j / r^2       l = (2 d/S_w) (w / r^2) (1 - o . M^-1 r_j)
+ *                                                                           [H16] eq. 15-20, 26-27
+ *   ipsn   as ips with l d / trace T, where trace T / d > 0.3; else an lsmps row
+ *   lsmps  weighted least squares fit of the complete Taylor polynomial of `degree`
+ */
 #define SCT_SCHEME_LIST(X) \
   X(SCT_MPS, "mps")        \
   X(SCT_PS, "ps")          \
@@ -49,7 +52,8 @@ extern "C" {
   X(SCT_UPWIND_PUBLISHED, "published") \
   X(SCT_UPWIND_LIMITED, "limited")
 
-/* S_w and lambda of the point itself, or of a complete lattice neighbourhood of spacing h. */
+/* S_w and lambda of the point itself, or of a complete lattice neighbourhood of spacing h. Where a
+ * support had to be widened they are the point's own: the lattice's are those of another radius. */
 #define SCT_DENSITY_LIST(X)     \
   X(SCT_DENSITY_LOCAL, "local") \
   X(SCT_DENSITY_REFERENCE, "reference")
@@ -103,8 +107,10 @@ typedef struct sct_stencil sct_stencil; /* opaque: cloud, lists, operator and th
 
 /* Prepares the rows of `op` on a cloud of spacing h: finds the neighbours within op->radius * h.
  * A distance within 1e-10 of the support counts as outside, so that a lattice point at 2 h is not
- * in or out by rounding. Borrows the cloud and the search. *stencil is NULL on failure.
- * SCT_E_ARGUMENT, SCT_E_LIMIT (more than `limit` neighbours), SCT_E_MEMORY. Proof: unit.stencil */
+ * in or out by rounding. Lists are ascending: a row is the same to the last bit whatever search
+ * found its neighbours, and in any part of the cloud that has them all. Borrows the cloud and the
+ * search. *stencil is NULL on failure. SCT_E_ARGUMENT, SCT_E_LIMIT (more than `limit` neighbours),
+ * SCT_E_MEMORY. Proof: unit.stencil */
 SCT_NODISCARD sct_status sct_stencil_build(const sct_cloud *cloud, const sct_search *search,
                                            double spacing, const sct_operator *op, int64_t limit,
                                            const sct_work *work, sct_stencil **stencil,
@@ -114,6 +120,11 @@ const sct_lists *sct_stencil_lists(const sct_stencil *stencil);
 const sct_cloud *sct_stencil_cloud(const sct_stencil *stencil);
 const sct_operator *sct_stencil_operator(const sct_stencil *stencil);
 double sct_stencil_spacing(const sct_stencil *stencil);
+
+/* From now on sct_stencil_row notes in reach [n] (length), zeroes before, the widest support that
+ * it looked at for the row of a point: the row depends on nothing farther away. NULL: no more.
+ * Proof: verify.partition */
+void sct_stencil_note_reach(sct_stencil *stencil, double *reach);
 
 /* What to compute of a row. SCT_ROW_SOLVE says that the Laplacian is to be solved with, which is
  * asked more of than one to be evaluated; a normal derivative always is. */
@@ -180,6 +191,13 @@ SCT_NODISCARD sct_status sct_stencil_row(const sct_stencil *stencil, int64_t i,
 SCT_NODISCARD sct_status sct_stencil_apply(const sct_stencil *stencil, const double *field,
                                            const sct_work *work, double *smoothed, double *gradient,
                                            double *laplacian, sct_error *err);
+
+/* The same, and what became of each row: flags [n] of SCT_ROW_*, 0 everywhere if neither gradient
+ * nor Laplacian is asked for. Proof: unit.stencil */
+SCT_NODISCARD sct_status sct_stencil_apply_flagged(const sct_stencil *stencil, const double *field,
+                                                   const sct_work *work, double *smoothed,
+                                                   double *gradient, double *laplacian,
+                                                   uint8_t *flags, sct_error *err);
 
 /* beta(gamma) = coth gamma - 1/gamma, by its series for small gamma, 1 for infinity.
  * Proof: unit.stencil */

@@ -5,6 +5,7 @@
 #define SCATTERD_ADMIT_H
 
 #include "exchange.h"
+#include "host.h"
 #include "param.h"
 
 /* What the checks look at; fields are NULL if absent. */
@@ -17,8 +18,15 @@ typedef struct {
   char room[1024];             /* where `accept` may stand */
 } head;
 
+/* Where requests come in. */
+typedef struct {
+  int listener;     /* listening socket */
+  const char *host; /* what links say for a client that names no Host */
+  host_rule rule;   /* which Host it may name */
+} http_place;
+
 /* Fills the request part of *x from its head. False if the request is refused: x->reply is the
- * problem then. `host` is what links say for a client that names no Host. */
-bool admit(exchange *x, const head *h, const parameters *set, const char *host);
+ * problem then. */
+bool admit(exchange *x, const head *h, const parameters *set, const http_place *place);
 
 #endif

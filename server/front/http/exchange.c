@@ -14,6 +14,8 @@ exchange *exchange_new(const char *target) {
   if (x == NULL) return NULL;
   x->body = SPOOL_EMPTY;
   x->reply.fd = -1;
+  x->body_most = INT64_MAX;
+  x->most = token_unlimited;
   x->target = strdup(target);
   x->path = strdup("");
   if (x->target == NULL || x->path == NULL) exchange_free(&x);
@@ -91,7 +93,12 @@ bool exchange_find_path(exchange *x) {
       free(path);
       return false;
     }
-    *to++ = (char)value;
+    if (*from == '/' || value != '/') {
+      *to++ = (char)value;
+    } else { /* it belongs to its segment: RFC 3986, 2.2 */
+      memcpy(to, "%2F", 3);
+      to += 3;
+    }
   }
   *to = '\0';
   free(x->path);

@@ -12,6 +12,7 @@
 #include "media.h"
 #include "problem.h"
 #include "spool.h"
+#include "token.h"
 
 enum { EXCHANGE_FIELDS = 28, EXCHANGE_BASE = 1100, EXCHANGE_ITEM = 72 };
 
@@ -51,10 +52,14 @@ typedef struct exchange {
   char base[EXCHANGE_BASE]; /* URL of this service as the client sees it, no slash at the end */
   bool has_body;
   int64_t declared;   /* Content-Length; -1 if chunked; 0 without body */
+  int64_t body_most;  /* bytes that the body may have */
   bool plain_problem; /* problems as application/json */
   double began;       /* loop_now */
   spool body;
   exchange_reply reply;
+  /* who sends it, of gate.c */
+  char owner[TOKEN_NAME]; /* name of the token; "" where there are none */
+  token_limits most;
   const void *route;         /* of route.c */
   char item[EXCHANGE_ITEM];  /* what {} in the route's path stands for */
   char item2[EXCHANGE_ITEM]; /* and the second {} */

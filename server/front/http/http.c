@@ -1,10 +1,9 @@
 #include "http.h"
 
-#include <arpa/inet.h>
 #include <errno.h>
 #include <math.h>
 #include <microhttpd.h>
-#include <netinet/in.h>
+#include <poll.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -15,10 +14,13 @@
 
 #include "admit.h"
 #include "drain.h"
+#include "ip.h"
 #include "log.h"
+#include "tls.h"
 
-static const double sweep_seconds = 0.25; /* how often slow connections are looked for */
-static const double hangup_seconds = 1;   /* for what a client that closed had still sent */
+static const double sweep_seconds = 0.25;  /* how often slow connections are looked for */
+static const double hangup_seconds = 1;    /* for what a client that closed had still sent */
+static const double breath_seconds = 0.05; /* between tries to accept when that fails */
 
 typedef enum { IDLE, HEADER, BODY, PENDING, REPLYING } state;
 
@@ -38,13 +40,15 @@ struct connection {
   bool asleep;   /* REPLYING: its source has nothing to say */
   exchange *x;   /* not IDLE */
   loop_source hangup;
+  bool is_remote; /* of another machine, at an address */
+  ip from;
 };
 
 struct http {
   loop *loop;
   const parameters *set;
   http_handler handler;
-  const char *host;
+  http_place place;
   struct MHD_Daemon *mhd;
   int epoll;
   loop_source source;
@@ -53,6 +57,11 @@ struct http {
   double sweep; /* time of the next one */
   bool wake;    /* libmicrohttpd has something to do that its descriptor does not tell */
   bool quiet;
+  int count;      /* connections */
+  int64_t opened; /* connections so far */
+  int64_t waited; /* `opened` when somebody was last seen waiting to be accepted, -1: nobody was */
+  int vain;       /* runs in a row that should have accepted somebody and did not */
+  double breath;  /* when to look at its descriptor again, INFINITY: it is looked at */
   int pending;
 };
 
@@ -63,19 +72,34 @@ const char *http_argument(const exchange *x, const char *name) {
   return MHD_lookup_connection_value(c->mhd, MHD_GET_ARGUMENT_KIND, name);
 }
 
+typedef struct {
+  const char *name;
+  int count;
+} tally;
+
+static enum MHD_Result count_argument(void *self, enum MHD_ValueKind kind, const char *name,
+                                      const char *value) {
+  tally *t = self;
+  (void)kind;
+  (void)value;
+  t->count += strcmp(name, t->name) == 0;
+  return MHD_YES;
+}
+
+int http_arguments(const exchange *x, const char *name) {
+  const connection *c = x->connection;
+  tally t = {name, 0};
+  MHD_get_connection_values(c->mhd, MHD_GET_ARGUMENT_KIND, count_argument, &t);
+  return t.count;
+}
+
 void http_peer(const exchange *x, char *room, size_t size) {
   const connection *c = x->connection;
   const union MHD_ConnectionInfo *info =
       MHD_get_connection_info(c->mhd, MHD_CONNECTION_INFO_CLIENT_ADDRESS);
   snprintf(room, size, "local");
-  if (info == NULL) return;
-  const struct sockaddr *address = info->client_addr;
-  const void *number = address->sa_family == AF_INET
-                           ? (const void *)&((const struct sockaddr_in *)address)->sin_addr
-                           : (const void *)&((const struct sockaddr_in6 *)address)->sin6_addr;
-  if (address->sa_family == AF_INET || address->sa_family == AF_INET6) {
-    inet_ntop(address->sa_family, number, room, (socklen_t)size);
-  }
+  if (info == NULL || info->client_addr == NULL) return;
+  ip_show(info->client_addr, room, size);
 }
 
 typedef struct {
@@ -214,7 +238,12 @@ static void last_word(connection *c) {
                               r->status, problem_phrase(r->status), r->type, r->size, c->x->id,
                               (int)r->size, (const char *)r->bytes);
   c->refused = true;
-  if (length > 0 && (size_t)length < sizeof text) {
+  if (length <= 0 || (size_t)length >= sizeof text) return;
+  const union MHD_ConnectionInfo *info =
+      MHD_get_connection_info(c->mhd, MHD_CONNECTION_INFO_GNUTLS_SESSION);
+  if (info != NULL) {
+    tls_send(info->tls_session, text, (size_t)length);
+  } else {
     send(c->fd, text, (size_t)length, MSG_NOSIGNAL | MSG_DONTWAIT);
   }
 }
@@ -274,7 +303,7 @@ static enum MHD_Result on_header(connection *c, const char *method, const char *
   const http *h = c->http;
   head facts;
   read_head(c, method, version, &facts);
-  if (admit(c->x, &facts, h->set, h->host)) h->handler.begin(h->handler.self, c->x);
+  if (admit(c->x, &facts, h->set, &h->place)) h->handler.begin(h->handler.self, c->x);
   c->state = BODY;
   c->heard = loop_now();
   if (c->x->reply.status == 0 || !c->x->has_body) return MHD_YES;
@@ -286,9 +315,8 @@ static enum MHD_Result on_body(connection *c, const char *bytes, size_t *size) {
   const parameters *set = c->http->set;
   exchange *x = c->x;
   c->heard = loop_now();
-  if (x->body.size + (int64_t)*size > set->limits.body_bytes) {
-    exchange_refuse(x, 413, "body: got more than %lld bytes (body-bytes)",
-                    (long long)set->limits.body_bytes);
+  if (x->body.size + (int64_t)*size > x->body_most) {
+    exchange_refuse(x, 413, "body: got more than %lld bytes (body-bytes)", (long long)x->body_most);
   } else if (!spool_add(&x->body, bytes, *size, set->spool_bytes, set->data_dir)) {
     log_say(LOG_ERROR, "spool", "cannot keep a body: %s", strerror(errno));
     exchange_refuse(x, 507, "body: no room to keep it");
@@ -346,6 +374,7 @@ static void log_request(const connection *c, bool complete) {
     log_milliseconds(&line, "run_ms", x->run_seconds);
   }
   if (x->points > 0) log_count(&line, "points", x->points);
+  if (*x->owner != '\0') log_text(&line, "token", x->owner);
   if (!complete) log_text(&line, "end", "aborted");
   log_end(&line);
 }
@@ -369,6 +398,21 @@ static void on_completed(void *self, struct MHD_Connection *mhd, void **context,
   c->since = loop_now();
 }
 
+/* May one more connection come from there? Those of this machine are not counted: whoever is a
+ * proxy for many is usually here. */
+static enum MHD_Result on_knock(void *self, const struct sockaddr *from, socklen_t size) {
+  const http *h = self;
+  const int64_t most = h->set->connections_per_address;
+  int64_t count = 0;
+  ip client;
+  (void)size;
+  if (most == 0 || !ip_of(&client, from) || ip_is_loopback(&client)) return MHD_YES;
+  for (const connection *c = h->connections; c != NULL; c = c->next) {
+    count += c->is_remote && ip_is_same_client(&c->from, &client);
+  }
+  return count < most ? MHD_YES : MHD_NO;
+}
+
 static void open_connection(http *h, struct MHD_Connection *mhd, void **context) {
   connection *c = calloc(1, sizeof *c);
   *context = c;
@@ -376,11 +420,16 @@ static void open_connection(http *h, struct MHD_Connection *mhd, void **context)
   c->http = h;
   c->mhd = mhd;
   c->fd = MHD_get_connection_info(mhd, MHD_CONNECTION_INFO_CONNECTION_FD)->connect_fd;
+  const union MHD_ConnectionInfo *info =
+      MHD_get_connection_info(mhd, MHD_CONNECTION_INFO_CLIENT_ADDRESS);
+  c->is_remote = info != NULL && info->client_addr != NULL && ip_of(&c->from, info->client_addr);
   c->since = c->heard = loop_now();
   c->hangup = (loop_source){on_hangup, c};
   c->next = h->connections;
   if (c->next != NULL) c->next->previous = c;
   h->connections = c;
+  h->count++;
+  h->opened++;
   loop_watch(h->loop, c->fd, EPOLLRDHUP | EPOLLET, &c->hangup);
 }
 
@@ -391,6 +440,7 @@ static void close_connection(connection *c) {
   if (!c->clean && h->drain != NULL) drain_add(h->drain, c->fd);
   if (c->next != NULL) c->next->previous = c->previous;
   *(c->previous != NULL ? &c->previous->next : &h->connections) = c->next;
+  h->count--;
   free(c);
 }
 
@@ -443,9 +493,43 @@ static void time_out(connection *c) {
   shutdown(c->fd, SHUT_RDWR); /* libmicrohttpd then closes it */
 }
 
+/* ---- When no connection can be accepted ----
+ * Without a descriptor for it libmicrohttpd accepts nobody. If it has no connection, it goes on
+ * trying, as fast as it is run: then its descriptor is left alone for a breath. If it has some, it
+ * waits until one of them closes, however long that takes: then a connection that closes at once is
+ * made for it as soon as there are descriptors again. */
+
+static void take_breath(http *h) {
+  loop_forget(h->loop, h->epoll, &h->source);
+  h->breath = loop_now() + breath_seconds;
+}
+
+static void look_again(http *h) {
+  h->breath = INFINITY;
+  if (!loop_watch(h->loop, h->epoll, EPOLLIN, &h->source)) take_breath(h);
+}
+
+static void knock(http *h) {
+  static const struct sockaddr nobody = {.sa_family = AF_UNIX};
+  int ends[2];
+  if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0, ends) != 0) return;
+  (void)MHD_add_connection(h->mhd, ends[0], &nobody, sizeof nobody); /* closes it in any case */
+  close(ends[1]);
+  h->wake = true;
+}
+
+/* Has somebody been waiting since the last sweep while there was room? */
+static void look_at_door(http *h) {
+  struct pollfd door = {.fd = h->place.listener, .events = POLLIN};
+  const bool waits = !h->quiet && h->count < h->set->connections && poll(&door, 1, 0) > 0;
+  if (waits && h->waited == h->opened) knock(h);
+  h->waited = waits ? h->opened : -1;
+}
+
 static void sweep(http *h) {
   const double now = loop_now();
   h->sweep = now + sweep_seconds;
+  look_at_door(h);
   for (connection *c = h->connections; c != NULL; c = c->next) {
     if (deadline(c) <= now) time_out(c);
   }
@@ -457,7 +541,7 @@ static double due(void *self) {
   const http *h = self;
   MHD_UNSIGNED_LONG_LONG milliseconds;
   if (h->wake) return 0;
-  double first = h->connections != NULL ? h->sweep : INFINITY;
+  double first = fmin(h->breath, h->connections != NULL ? h->sweep : INFINITY);
   if (MHD_get_timeout(h->mhd, &milliseconds) == MHD_YES) {
     first = fmin(first, loop_now() + 1e-3 * (double)milliseconds);
   }
@@ -467,14 +551,20 @@ static double due(void *self) {
 static void run(void *self) {
   http *h = self;
   h->wake = false;
+  if (h->breath <= loop_now()) look_again(h);
   if (h->connections != NULL && h->sweep <= loop_now()) sweep(h);
   MHD_run(h->mhd);
 }
 
 static void on_ready(void *self, uint32_t events) {
+  enum { PATIENCE = 3 }; /* a client may be gone before it is accepted */
   http *h = self;
+  const bool alone = h->connections == NULL;
+  const int64_t opened = h->opened;
   (void)events;
   MHD_run(h->mhd);
+  h->vain = alone && h->opened == opened ? h->vain + 1 : 0;
+  if (h->vain > PATIENCE) take_breath(h);
 }
 
 /* Seconds without traffic after which libmicrohttpd closes. It sends no 408, so our own patience
@@ -483,22 +573,38 @@ static unsigned patience(const parameters *set) {
   return (unsigned)ceil(fmax(set->idle_seconds, set->receive_seconds)) + 2;
 }
 
-http *http_new(loop *l, const parameters *set, int listener, const char *host,
-               const http_handler *handler, fault *why) {
+/* What TLS adds to the options of libmicrohttpd; nothing without it. */
+static void set_tls(const parameters *set, struct MHD_OptionItem options[3]) {
+  int used = 0;
+  if (*set->tls_certificate != '\0') {
+    options[used++] = (struct MHD_OptionItem){MHD_OPTION_HTTPS_CERT_CALLBACK, 0, tls_source()};
+    options[used++] =
+        (struct MHD_OptionItem){MHD_OPTION_HTTPS_PRIORITIES, 0, (void *)tls_priorities};
+  }
+  options[used] = (struct MHD_OptionItem){MHD_OPTION_END, 0, NULL};
+}
+
+http *http_new(loop *l, const parameters *set, const http_place *place, const http_handler *handler,
+               fault *why) {
+  struct MHD_OptionItem secure[3];
+  const unsigned kind = *set->tls_certificate != '\0' ? MHD_USE_TLS : 0;
+  set_tls(set, secure);
   http *h = calloc(1, sizeof *h);
   if (h == NULL) goto failed;
-  *h = (http){.loop = l, .set = set, .handler = *handler, .host = host};
+  *h = (http){.loop = l, .set = set, .handler = *handler, .place = *place};
+  h->waited = -1;
+  h->breath = INFINITY;
   h->source = (loop_source){on_ready, h};
   h->drain = drain_new(l);
   if (h->drain == NULL) goto failed;
   h->mhd = MHD_start_daemon(
-      MHD_USE_EPOLL | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ERROR_LOG, 0, NULL, NULL, on_access, h,
-      MHD_OPTION_EXTERNAL_LOGGER, on_message, NULL, MHD_OPTION_LISTEN_SOCKET, listener,
-      MHD_OPTION_CONNECTION_LIMIT, (unsigned)set->connections, MHD_OPTION_PER_IP_CONNECTION_LIMIT,
-      (unsigned)set->connections_per_address, MHD_OPTION_CONNECTION_TIMEOUT, patience(set),
-      MHD_OPTION_CONNECTION_MEMORY_LIMIT, (size_t)(4 * set->header_bytes),
-      MHD_OPTION_URI_LOG_CALLBACK, on_target, h, MHD_OPTION_NOTIFY_COMPLETED, on_completed, h,
-      MHD_OPTION_NOTIFY_CONNECTION, on_connection, h, MHD_OPTION_END);
+      MHD_USE_EPOLL | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ERROR_LOG | kind, 0, on_knock, h,
+      on_access, h, MHD_OPTION_EXTERNAL_LOGGER, on_message, NULL, MHD_OPTION_LISTEN_SOCKET,
+      place->listener, MHD_OPTION_CONNECTION_LIMIT, (unsigned)set->connections,
+      MHD_OPTION_CONNECTION_TIMEOUT, patience(set), MHD_OPTION_CONNECTION_MEMORY_LIMIT,
+      (size_t)(4 * set->header_bytes), MHD_OPTION_URI_LOG_CALLBACK, on_target, h,
+      MHD_OPTION_NOTIFY_COMPLETED, on_completed, h, MHD_OPTION_NOTIFY_CONNECTION, on_connection, h,
+      MHD_OPTION_ARRAY, secure, MHD_OPTION_END);
   if (h->mhd == NULL) goto failed;
   h->epoll = MHD_get_daemon_info(h->mhd, MHD_DAEMON_INFO_EPOLL_FD)->epoll_fd;
   if (!loop_watch(l, h->epoll, EPOLLIN, &h->source)) goto failed;

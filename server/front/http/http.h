@@ -9,6 +9,7 @@
 #ifndef SCATTERD_HTTP_H
 #define SCATTERD_HTTP_H
 
+#include "admit.h"
 #include "exchange.h"
 #include "fault.h"
 #include "loop.h"
@@ -27,18 +28,19 @@ typedef struct {
   void (*end)(void *self, exchange *x);
 } http_handler;
 
-/* Serves the socket `listener`, which stays the caller's. `host` is what links say for a client
- * that names no Host. */
-http *http_new(loop *l, const parameters *set, int listener, const char *host,
-               const http_handler *handler, fault *why);
+/* Serves the socket of a place, which stays the caller's. */
+http *http_new(loop *l, const parameters *set, const http_place *place, const http_handler *handler,
+               fault *why);
 
 /* Ends all connections. No reply may be pending. */
 void http_free(http **h);
 
 /* A header field of the request, its occurrences joined by ", "; a query argument. NULL if absent.
- * Both live as long as the exchange, the field at `room` if it occurs more than once. */
+ * Both live as long as the exchange, the field at `room` if it occurs more than once. Of an
+ * argument that occurs more than once the first is taken: http_arguments counts. */
 const char *http_field(const exchange *x, const char *name, char *room, size_t size);
 const char *http_argument(const exchange *x, const char *name);
+int http_arguments(const exchange *x, const char *name);
 
 /* Address of the client, "local" on a Unix socket. */
 void http_peer(const exchange *x, char *room, size_t size);

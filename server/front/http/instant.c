@@ -23,12 +23,18 @@ static bool one(const char **at, char c) {
   return *(*at)++ == c;
 }
 
+static int days_of(int year, int month) {
+  static const int days[] = {31, 28, 31, 30, 31, 30, 31, 31, 30, 31, 30, 31};
+  const bool is_leap = year % 4 == 0 && (year % 100 != 0 || year % 400 == 0);
+  return days[month] + (month == 1 && is_leap);
+}
+
 static bool read_date(const char **at, struct tm *t) {
   t->tm_year = digits(at, 4, 0, 9999) - 1900;
   if (t->tm_year < -1900 || !one(at, '-')) return false;
   t->tm_mon = digits(at, 2, 1, 12) - 1;
   if (t->tm_mon < 0 || !one(at, '-')) return false;
-  t->tm_mday = digits(at, 2, 1, 31);
+  t->tm_mday = digits(at, 2, 1, days_of(t->tm_year + 1900, t->tm_mon));
   return t->tm_mday > 0;
 }
 
@@ -41,11 +47,12 @@ static bool read_clock(const char **at, struct tm *t) {
   return t->tm_sec >= 0;
 }
 
-/* Fraction of a second; *step becomes what its last digit is worth. */
+/* Fraction of a second, NaN for a point alone; *step becomes what its last digit is worth. */
 static double read_fraction(const char **at, double *step) {
   double value = 0;
   *step = 1;
   if (**at != '.') return 0;
+  if (!isdigit((unsigned char)(*at)[1])) return NAN;
   for (++*at; isdigit((unsigned char)**at); ++*at) {
     *step /= 10;
     value += *step * (**at - '0');
@@ -83,7 +90,7 @@ bool instant_read(const char *text, int length, double *first, double *last) {
   const double fraction = read_fraction(&at, &step), zone = read_zone(&at);
   *first = (double)timegm(&t) + fraction - zone;
   *last = *first + step;
-  return !isnan(zone) && *at == '\0';
+  return !isnan(fraction) && !isnan(zone) && *at == '\0';
 }
 
 static bool is_open(const char *text, int length) {

@@ -10,6 +10,7 @@
 #include <sys/un.h>
 #include <unistd.h>
 
+#include "ip.h"
 #include "systemd.h"
 
 static const int backlog = 1024;
@@ -42,6 +43,7 @@ static void remove_stale(const struct sockaddr_un *address) {
 static void name_unix(listener *l, const char *path) {
   snprintf(l->address, sizeof l->address, "unix:%s", path);
   snprintf(l->host, sizeof l->host, "localhost");
+  l->is_local = l->is_unix = true;
 }
 
 static bool open_unix(listener *l, const char *path, fault *why) {
@@ -72,17 +74,19 @@ static bool split(const char *text, char *host, size_t room, const char **port) 
 
 /* Writes where the socket really listens. */
 static void name_address(listener *l) {
-  struct sockaddr_storage address = {.ss_family = AF_UNSPEC};
-  socklen_t size = sizeof address;
+  struct sockaddr_storage from = {.ss_family = AF_UNSPEC};
+  socklen_t size = sizeof from;
   char host[256] = "", port[16] = "";
-  getsockname(l->fd, (struct sockaddr *)&address, &size);
-  if (address.ss_family == AF_UNIX) {
-    name_unix(l, ((const struct sockaddr_un *)&address)->sun_path);
+  getsockname(l->fd, (struct sockaddr *)&from, &size);
+  if (from.ss_family == AF_UNIX) {
+    name_unix(l, ((const struct sockaddr_un *)&from)->sun_path);
     return;
   }
-  getnameinfo((struct sockaddr *)&address, size, host, sizeof host, port, sizeof port,
+  ip found;
+  l->is_local = ip_of(&found, (struct sockaddr *)&from) && ip_is_loopback(&found);
+  getnameinfo((struct sockaddr *)&from, size, host, sizeof host, port, sizeof port,
               NI_NUMERICHOST | NI_NUMERICSERV);
-  const bool six = address.ss_family == AF_INET6;
+  const bool six = from.ss_family == AF_INET6;
   snprintf(l->address, sizeof l->address, six ? "[%s]:%s" : "%s:%s", host, port);
   memcpy(l->host, l->address, sizeof l->host);
 }

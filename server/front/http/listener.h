@@ -11,7 +11,9 @@ typedef struct {
   int fd;
   char address[300]; /* where it really listens: "127.0.0.1:40313", "[::1]:80", "unix:/run/s" */
   char host[300];    /* what a URL to it may say: the address, "localhost" for a Unix socket */
-  char path[108];    /* of a Unix socket, else "" */
+  bool is_local;     /* only this machine reaches it */
+  bool is_unix;
+  char path[108]; /* of a Unix socket, else "" */
 } listener;
 
 /* Opens ADDR:PORT (name, IPv4, [IPv6]) or unix:PATH. A socket file that nobody listens on is

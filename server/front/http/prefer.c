@@ -1,5 +1,6 @@
 #include "prefer.h"
 
+#include <math.h>
 #include <stddef.h>
 
 #include "field.h"
@@ -23,7 +24,7 @@ static prefer_shape shape_of(span s) {
   return span_is(s, "representation") ? PREFER_REPRESENTATION : PREFER_ANY;
 }
 
-prefer prefer_of(const char *text) {
+prefer prefer_of(const char *text, double most) {
   prefer p = {.wait = -1, .priority = -1};
   field_item item;
   for (const char *rest = text != NULL ? text : ""; field_next(&rest, &item);) {
@@ -32,5 +33,6 @@ prefer prefer_of(const char *text) {
     if (span_is(item.name, "return") && p.shape == PREFER_ANY) p.shape = shape_of(item.value);
     if (span_is(item.name, "priority") && p.priority < 0) p.priority = priority_of(item.value);
   }
+  p.wait = fmin(p.wait, most);
   return p;
 }

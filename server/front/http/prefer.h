@@ -16,7 +16,8 @@ typedef struct {
 } prefer;
 
 /* Reads the field (NULL: absent). Unknown preferences and parameters are skipped, of a preference
- * given twice the first counts, a value that makes no sense is ignored. */
-prefer prefer_of(const char *text);
+ * given twice the first counts, a value that makes no sense is ignored, a wait above `most` seconds
+ * is that, so that Preference-Applied tells what is done. */
+prefer prefer_of(const char *text, double most);
 
 #endif

@@ -5,6 +5,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "gate.h"
 #include "http.h"
 #include "job_status.h"
 #include "negotiate.h"
@@ -96,6 +97,7 @@ static void render(batch_results *b) {
                  .content_coding = (coding)b->part.result_coding,
                  .accept = media_wish(MEDIA_JSON),
                  .limits = s->set->limits};
+  gate_ask_again(s->gate, b->part.submitter, &ask);
   snprintf(ask.process, sizeof ask.process, "%s", b->part.process);
   snprintf(ask.results_url, sizeof ask.results_url, "%s/jobs/%s/results", b->x->base, b->part.id);
   b->body = jobs_result(s->jobs, &b->part);

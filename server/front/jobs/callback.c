@@ -10,6 +10,7 @@
 
 #include "base64.h"
 #include "digest.h"
+#include "gate.h"
 #include "job_status.h"
 #include "outbound.h"
 #include "problem.h"
@@ -85,11 +86,20 @@ static void look_again(callbacks *all) {
   all->due = 0;
 }
 
+/* After the store was told of an end. Where it could not be, the same call is due again at once:
+ * not without a pause, so that a subscriber does not suffer for our disk. */
+static void look_after(callbacks *all, store_result told) {
+  look_again(all);
+  if (told == STORE_OK) return;
+  all->looked = true;
+  all->due = unix_now() + first_pause;
+}
+
 static void end_for_good(calling *c) {
   callbacks *all = c->all;
-  (void)store_remove_call(jobs_store(all->service->jobs), c->call.number);
+  const store_result told = store_remove_call(jobs_store(all->service->jobs), c->call.number);
   clear(c);
-  look_again(all);
+  look_after(all, told);
 }
 
 /* The call failed: it is due again after a pause, or never. */
@@ -103,9 +113,9 @@ static void end_for_now(calling *c, const char *why) {
   }
   note(c, "%s; again in %.0f s", why, pause);
   c->call.due = unix_now() + pause;
-  (void)store_update_call(jobs_store(all->service->jobs), &c->call);
+  const store_result told = store_update_call(jobs_store(all->service->jobs), &c->call);
   clear(c);
-  look_again(all);
+  look_after(all, told);
 }
 
 static void answered(void *context, const outbound_reply *r) {
@@ -190,6 +200,7 @@ static void render(calling *c) {
                  .content_coding = (coding)c->row.result_coding,
                  .accept = media_wish(MEDIA_JSON),
                  .limits = s->set->limits};
+  gate_ask_again(s->gate, c->row.submitter, &ask);
   snprintf(ask.process, sizeof ask.process, "%s", c->row.process);
   snprintf(ask.results_url, sizeof ask.results_url, "%s/jobs/%s/results", c->extra.base, c->row.id);
   c->stored = jobs_result(s->jobs, &c->row);
@@ -270,6 +281,10 @@ static void run(void *self) {
 
 static void told(void *self) {
   look_again(self);
+}
+
+void callbacks_shift(callbacks *all, double by) {
+  all->due += by;
 }
 
 callbacks *callbacks_new(loop *l, const service *s) {

@@ -19,6 +19,9 @@ typedef struct callbacks callbacks;
 callbacks *callbacks_new(loop *l, const service *s); /* NULL when out of memory */
 void callbacks_free(callbacks **all);
 
+/* The time of day was set by so many seconds, and the dates of the store with it (clock.h). */
+void callbacks_shift(callbacks *all, double by);
+
 /* Are the addresses of a subscriber allowed (callback-hosts)? If not there is a 400. */
 bool callback_allows(const service *s, exchange *x, const job_extra *extra);
 

@@ -12,16 +12,15 @@
 
 #include "job_inner.h"
 
-double unix_now(void) {
-  struct timespec t;
-  clock_gettime(CLOCK_REALTIME, &t);
-  return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
-
 /* ---- The jobs in memory ---- */
 
 static int by_id(const void *a, const void *b) {
   return strcmp(((const job *)a)->row.id, ((const job *)b)->row.id);
+}
+
+/* A batch is counted by its parts. */
+static bool count(job *c, int by) {
+  return c->row.parts > 0 || job_tally_add(&c->all->tally, c->row.submitter, by);
 }
 
 job *job_new(jobs *j, const job_row *row) {
@@ -30,15 +29,19 @@ job *job_new(jobs *j, const job_row *row) {
   c->row = *row;
   c->all = j;
   c->body = c->checkpoint = -1;
-  if (tsearch(c, &j->by_id, by_id) == NULL) {
+  if (!count(c, 1)) {
     free(c);
     return NULL;
   }
-  return c;
+  if (tsearch(c, &j->by_id, by_id) != NULL) return c;
+  (void)count(c, -1);
+  free(c);
+  return NULL;
 }
 
 void job_free(job *c) {
   tdelete(c, &c->all->by_id, by_id);
+  (void)count(c, -1);
   while (c->watches != NULL) job_watch_off(c->watches);
   if (c->body >= 0) close(c->body);
   if (c->checkpoint >= 0) close(c->checkpoint);
@@ -60,10 +63,14 @@ job_view job_look(const job *c) {
   job_view view = {.row = c->row, .active = (job *)c};
   if (c->events != NULL) view.event = c->events->last;
   if (c->row.state == JOB_RUNNING) {
-    memcpy(view.phase, c->phase, sizeof view.phase);
-    view.residual = c->residual;
+    memcpy(view.phase, c->row.phase, sizeof view.phase);
+    view.residual = c->row.residual;
   }
   return view;
+}
+
+void job_touch(job *c) {
+  c->row.updated = fmax(unix_now(), c->row.updated);
 }
 
 /* A state of the table, with what to say about it; to be saved. */
@@ -74,7 +81,7 @@ void job_become(job *c, job_state state, const char *format, ...) {
   vsnprintf(c->row.message, sizeof c->row.message, format, arguments);
   va_end(arguments);
   c->row.state = (int)state;
-  c->row.updated = unix_now();
+  job_touch(c);
   if (state == JOB_RUNNING && c->row.started <= 0) c->row.started = c->row.updated;
   if (state >= JOB_SUCCESSFUL) {
     c->row.finished = fmax(c->row.updated, c->all->last + 1e-6);
@@ -118,8 +125,8 @@ static void add_event(job *c, job_event_kind kind) {
   job_event *event = &e->ring[e->count++ % JOB_EVENTS];
   *event = (job_event){
       .id = e->last, .kind = kind, .state = c->row.state, .progress = c->row.progress, .time = now};
-  memcpy(event->phase, c->phase, sizeof event->phase);
-  event->residual = c->residual;
+  memcpy(event->phase, c->row.phase, sizeof event->phase);
+  event->residual = c->row.residual;
 }
 
 const job_event *job_event_after(const job *which, int64_t after) {
@@ -159,10 +166,16 @@ job_view jobs_view(jobs *j, const job_row *row) {
   return view;
 }
 
-store_result jobs_find(jobs *j, const char *id, job_view *view) {
+/* Without an owner there are no tokens: all is everybody's. */
+static bool is_for(const char *owner, const job_row *row) {
+  return *owner == '\0' || strcmp(owner, row->submitter) == 0;
+}
+
+store_result jobs_find(jobs *j, const char *owner, const char *id, job_view *view) {
   job_row row;
   jobs_flush(j);
-  const store_result result = store_job(j->store, id, &row);
+  store_result result = store_job(j->store, id, &row);
+  if (result == STORE_OK && !is_for(owner, &row)) result = STORE_NONE;
   *view = result == STORE_OK ? jobs_view(j, &row) : (job_view){0};
   return result;
 }
@@ -200,6 +213,14 @@ int64_t jobs_room(const jobs *j) {
 
 int jobs_retry_after(const jobs *j) {
   return (int)ceil(fmin(300, fmax(1, j->mean)));
+}
+
+int64_t jobs_of(const jobs *j, const char *submitter) {
+  return job_tally_of(&j->tally, submitter);
+}
+
+void jobs_on_owners(jobs *j, const job_owners *owners) {
+  j->owners = *owners;
 }
 
 int64_t jobs_most_memory(const jobs *j) {
@@ -339,7 +360,7 @@ static bool dismiss_part(void *context, const job_row *row) {
 
 static store_result write_dismissed(store *s, const job_row *row) {
   store_result result = store_begin(s);
-  if (result == STORE_OK) result = store_update(s, row, NULL, 0);
+  if (result == STORE_OK) result = store_update(s, row, row->holder, NULL, 0);
   if (result == STORE_OK) result = store_drop_small(s, row->number, -1);
   if (result == STORE_OK) result = store_log(s, row->number, row->updated, "dismissed");
   if (result == STORE_OK) result = store_commit(s);
@@ -352,7 +373,7 @@ static store_result write_dismissed(store *s, const job_row *row) {
 static store_result dismiss_stored(jobs *j, const job_row *row, job_view *view) {
   view->row = *row;
   view->row.state = JOB_DISMISSED;
-  view->row.updated = unix_now();
+  view->row.updated = fmax(unix_now(), row->updated);
   snprintf(view->row.message, sizeof view->row.message, "dismissed");
   store_result result = write_dismissed(j->store, &view->row);
   job_files_drop(j, row, true);

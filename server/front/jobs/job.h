@@ -7,6 +7,7 @@
 #ifndef SCATTERD_JOB_H
 #define SCATTERD_JOB_H
 
+#include "allowance.h"
 #include "job_row.h"
 #include "loop.h"
 #include "param.h"
@@ -55,6 +56,18 @@ store_result jobs_add_answered(jobs *j, const job_order *order, const job_row *o
 int64_t jobs_room(const jobs *j);
 int jobs_retry_after(const jobs *j);
 
+/* How many jobs of a submitter are not over, each request of a batch being one. */
+int64_t jobs_of(const jobs *j, const char *submitter);
+
+/* Who knows what submitters may use: lowers what a run may; says whether `size` bytes more may be
+ * kept, and then takes them off. */
+typedef struct {
+  void *self;
+  void (*narrow)(void *self, const char *submitter, ipc_ask *ask);
+  bool (*keep)(void *self, const char *submitter, int64_t size, const allowance_counter *counter);
+} job_owners;
+void jobs_on_owners(jobs *j, const job_owners *owners);
+
 /* Most memory (bytes) that one job may be estimated to need. */
 int64_t jobs_most_memory(const jobs *j);
 
@@ -71,7 +84,8 @@ typedef struct {
 /* A stored job as it is now. */
 job_view jobs_view(jobs *j, const job_row *row);
 
-store_result jobs_find(jobs *j, const char *id, job_view *view);
+/* A job of `owner`, of anybody if that is ""; STORE_NONE for those of others, too. */
+store_result jobs_find(jobs *j, const char *owner, const char *id, job_view *view);
 
 /* Those a filter shows, as they are now. */
 store_result jobs_list(jobs *j, const store_filter *f, store_visit *visit, void *context);
@@ -140,6 +154,7 @@ job_counts jobs_counts(const jobs *j);
 /* Who is told when there may be a call to a subscriber to be made. */
 void jobs_on_change(jobs *j, void (*changed)(void *self), void *self);
 
-double unix_now(void); /* seconds since 1970 */
+/* The time of day was set by so many seconds, and the dates of the store with it (clock.h). */
+void jobs_shift(jobs *j, double by);
 
 #endif

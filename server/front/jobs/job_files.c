@@ -22,8 +22,26 @@ static void name_file(const job_row *row, job_file kind, char name[64]) {
   snprintf(name, 64, "%s.%s", row->id, kinds[kind]);
 }
 
+static int64_t count(void *self, const char *owner) {
+  return store_job_bytes(self, owner);
+}
+
+/* Within job-bytes, and within what its submitter may have. */
+static bool has_room(job *c, int64_t size) {
+  jobs *j = c->all;
+  allowance_counter all = {count, j->store, ""}, own = {count, j->store, c->row.submitter};
+  if (j->owners.keep != NULL && !j->owners.keep(j->owners.self, c->row.submitter, size, &own)) {
+    return false;
+  }
+  return allowance_take(&j->bytes, size, j->set->job_bytes, loop_now(), &all);
+}
+
 bool job_files_keep(job *c, job_file kind, int fd, size_t size) {
   char name[64];
+  if (kind != JOB_CHECKPOINT && !has_room(c, (int64_t)size)) {
+    errno = EDQUOT;
+    return false;
+  }
   name_file(&c->row, kind, name);
   if (size > SMALL || kind == JOB_CHECKPOINT) {
     return keep_file(store_files(c->all->store), name, fd, size);
@@ -61,6 +79,7 @@ int job_files_open(jobs *j, const job_row *row, job_file kind) {
   char name[64];
   size_t size = 0;
   void *bytes = store_small(j->store, row->number, (int)kind, &size);
+  if (bytes == NULL && errno != ENOENT) return -1;
   if (bytes == NULL) {
     name_file(row, kind, name);
     return keep_open(store_files(j->store), name);

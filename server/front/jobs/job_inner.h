@@ -3,8 +3,10 @@
 #ifndef SCATTERD_JOB_INNER_H
 #define SCATTERD_JOB_INNER_H
 
+#include "allowance.h"
 #include "job.h"
 #include "job_queue.h"
+#include "job_tally.h"
 
 typedef struct {
   int64_t last; /* id */
@@ -25,9 +27,8 @@ struct job {
   queue_node node;      /* while it waits */
   pool_task *task;      /* while it runs */
   int body, checkpoint; /* descriptors while it runs */
+  double seconds;       /* that its run may take */
   double fraction;      /* of the work, never falls within a run */
-  char phase[32];
-  double residual; /* in that phase; 0: none so far */
   /* batch */
   job *batch;           /* the job it is part of */
   job *parts, *sibling; /* its parts before they are stored */
@@ -52,18 +53,22 @@ struct jobs {
   const parameters *set;
   pool *pool;
   store *store;
-  void *by_id; /* tsearch */
+  void *by_id;     /* tsearch */
+  job_tally tally; /* of those in memory, batches by their parts */
   job_queue *queue;
   job *changed, **last_changed;
   double retry;  /* when to try again to store what could not be */
+  double pause;  /* until when none is started, INFINITY: no pause */
   double expiry; /* when the next result expires, by unix_now */
   int64_t budget;
   double last; /* newest `finished`: no two are equal */
   double mean; /* seconds of a run, weighted towards the recent ones */
   bool stopped;
   job_counts counts;
+  allowance bytes; /* of requests and results */
   void (*told)(void *self);
   void *told_self;
+  job_owners owners;
 };
 
 /* job.c */
@@ -72,6 +77,7 @@ void job_free(job *c);
 job *job_find(jobs *j, const char *id);
 void job_become(job *c, job_state state, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
+void job_touch(job *c);                     /* it is updated; never earlier than it was */
 void job_tell(job *c, job_event_kind kind); /* an event, and everybody who watches */
 job_view job_look(const job *c);
 

@@ -18,6 +18,7 @@ enum { LIMIT = 10, LIMIT_MOST = 10000 };
 
 typedef struct {
   const service *service;
+  const exchange *x;
   store_filter filter;
 } query;
 
@@ -106,7 +107,7 @@ static bool read_most(query *q, const char *text, const char **needs) {
 static bool read_parent(query *q, const char *text, const char **needs) {
   job_view view;
   *needs = "the id of a batch";
-  if (jobs_find(q->service->jobs, text, &view) != STORE_OK) return false;
+  if (jobs_find(q->service->jobs, q->x->owner, text, &view) != STORE_OK) return false;
   q->filter.has_parent = true;
   q->filter.parent = view.row.number;
   return true;
@@ -126,6 +127,12 @@ enum { ARGUMENTS = sizeof arguments / sizeof *arguments };
 static bool read_query(exchange *x, query *q) {
   for (int k = 0; k < ARGUMENTS; k++) {
     const char *needs = "", *text = http_argument(x, arguments[k].name);
+    const int times = http_arguments(x, arguments[k].name);
+    if (times > 1) {
+      exchange_refuse(x, 400, "%s: is there %d times, needs to be there once", arguments[k].name,
+                      times);
+      return false;
+    }
     if (text == NULL || arguments[k].read(q, text, &needs)) continue;
     exchange_refuse(x, 400, "%s: got \"%.100s\", needs %s", arguments[k].name, text, needs);
     return false;
@@ -222,7 +229,9 @@ static void reply_emitted(exchange *x, emit *e) {
 
 void job_list_serve(const service *s, exchange *x) {
   query q = {.service = s,
-             .filter = {.states = ~0u,
+             .x = x,
+             .filter = {.owner = x->owner,
+                        .states = ~0u,
                         .created_most = INFINITY,
                         .seconds_most = INFINITY,
                         .now = unix_now(),

@@ -15,6 +15,7 @@ typedef struct {
   jobs *jobs;
   job *batch; /* the newest: its parts follow it */
   int count;
+  bool failed; /* not all of it could be read */
 } recovery;
 
 static bool find_batch(recovery *r, job *c) {
@@ -27,13 +28,14 @@ static bool find_batch(recovery *r, job *c) {
 }
 
 /* Parts that are over are no longer in memory. */
-static void count_parts(job *c) {
+static bool count_parts(job *c) {
   int64_t count[JOB_STATES];
-  if (store_part_states(c->all->store, c->row.number, count) != STORE_OK) return;
+  if (store_part_states(c->all->store, c->row.number, count) != STORE_OK) return false;
   c->failed = (int)(count[JOB_FAILED] + count[JOB_DISMISSED]);
   c->ended = c->failed + (int)count[JOB_SUCCESSFUL];
   c->sum = c->ended;
   if (c->ended == c->row.parts) job_end_batch(c); /* the last daemon ended just before this */
+  return true;
 }
 
 static void wait_again(job *c) {
@@ -53,11 +55,11 @@ static void wait_again(job *c) {
 static bool take_up(void *context, const job_row *row) {
   recovery *r = context;
   job *c = job_new(r->jobs, row);
-  if (c == NULL) return false;
+  r->failed = c == NULL || (c->row.parts > 0 && !count_parts(c));
+  if (r->failed) return false;
   r->count++;
   if (c->row.parts > 0) {
     r->batch = c;
-    count_parts(c);
   } else if (find_batch(r, c)) {
     wait_again(c);
   } else {
@@ -66,7 +68,7 @@ static bool take_up(void *context, const job_row *row) {
   return true;
 }
 
-/* Is a file in use? Its name is ID.kind. */
+/* Is a file in use, or may it be? Its name is ID.kind. */
 static bool wanted(void *context, const char *name) {
   jobs *j = context;
   char id[JOB_ID];
@@ -74,7 +76,8 @@ static bool wanted(void *context, const char *name) {
   const size_t length = strcspn(name, ".");
   if (length != JOB_ID - 1) return false;
   snprintf(id, sizeof id, "%.*s", (int)length, name);
-  if (store_job(j->store, id, &row) != STORE_OK) return false;
+  const store_result known = store_job(j->store, id, &row);
+  if (known != STORE_OK) return known != STORE_NONE; /* what cannot be known is kept */
   const bool is_result = strcmp(name + length, ".result") == 0;
   const bool is_draft = strstr(name + length, ".draft") != NULL;
   if (is_draft || row.state == JOB_DISMISSED) return false;
@@ -83,7 +86,7 @@ static bool wanted(void *context, const char *name) {
 
 bool jobs_recover(jobs *j, fault *why) {
   recovery r = {.jobs = j};
-  if (store_active(j->store, take_up, &r) != STORE_OK) {
+  if (store_active(j->store, take_up, &r) != STORE_OK || r.failed) {
     return fault_set(why, "data-dir: the jobs cannot be read");
   }
   keep_sweep(store_files(j->store), wanted, j);
@@ -133,18 +136,23 @@ void jobs_expire(jobs *j) {
   free(e);
 }
 
+void jobs_shift(jobs *j, double by) {
+  j->expiry += by;
+}
+
 /* ---- The whole ---- */
 
 static double due(void *self) {
   const jobs *j = self;
   const double save = j->changed == NULL ? INFINITY : j->retry > 0 ? j->retry : 0;
-  return fmin(save, loop_now() + (j->expiry - unix_now()));
+  return fmin(fmin(save, j->pause), loop_now() + (j->expiry - unix_now()));
 }
 
 static void run(void *self) {
   jobs *j = self;
   jobs_flush(j);
   if (j->expiry <= unix_now()) jobs_expire(j);
+  if (j->pause <= loop_now()) j->pause = INFINITY;
   jobs_schedule(j);
 }
 
@@ -158,7 +166,7 @@ jobs *jobs_new(loop *l, const parameters *set, pool *p, store *s, fault *why) {
   if (j == NULL) goto failed;
   *j = (jobs){.loop = l, .set = set, .pool = p, .store = s, .queue = job_queue_new()};
   j->last_changed = &j->changed;
-  j->expiry = INFINITY;
+  j->expiry = j->pause = INFINITY;
   j->budget = budget_of(set);
   if (j->queue == NULL) goto failed;
   if (!jobs_recover(j, why)) {
@@ -188,6 +196,7 @@ void jobs_free(jobs **j) {
   pool_on_room((*j)->pool, NULL, NULL);
   free_all(*j);
   job_queue_free(&(*j)->queue);
+  job_tally_clear(&(*j)->tally);
   free(*j);
   *j = NULL;
 }

@@ -1,6 +1,5 @@
 #include "job_routes.h"
 
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -12,7 +11,7 @@
 #include "rendering.h"
 
 bool job_of_route(const service *s, exchange *x, job_view *view) {
-  const store_result result = jobs_find(s->jobs, x->item, view);
+  const store_result result = jobs_find(s->jobs, x->owner, x->item, view);
   if (result == STORE_NONE) job_refuse_missing(x, x->item);
   if (result == STORE_FULL || result == STORE_FAILED) job_refuse_store(x, result);
   return result == STORE_OK;
@@ -93,14 +92,14 @@ void job_status_serve(const service *s, exchange *x) {
   if (!job_of_route(s, x, &view) || !negotiate_json(x)) return;
   status_task *t = x->task = status_task_new(s, x);
   if (t == NULL) return;
-  const prefer p = prefer_of(http_field(x, "Prefer", room, sizeof room));
+  const prefer p = prefer_of(http_field(x, "Prefer", room, sizeof room), s->set->wait_seconds);
   if (p.wait > 0) exchange_add(x, "Preference-Applied", "wait=%.0f", p.wait);
   if (p.wait <= 0 || view.active == NULL || is_news(t, &view)) {
     reply_status(t, &view);
     return;
   }
   t->wait.now = view;
-  wait_on(s->waits, &t->wait, fmin(p.wait, s->set->wait_seconds));
+  wait_on(s->waits, &t->wait, p.wait);
 }
 
 void job_status_end(const service *s, exchange *x) {

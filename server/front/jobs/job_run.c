@@ -14,6 +14,7 @@
 #include "problem.h"
 
 static const double weight_of_new = 0.05; /* in the mean time of a run */
+static const double pause_seconds = 1;    /* when a request cannot be opened now */
 enum { PROBLEM_BYTES = 1 << 16 };
 
 /* ---- Files ---- */
@@ -53,7 +54,7 @@ void job_advance(job *c, double fraction) {
   const double step = fraction - c->fraction;
   if (!(step > 0)) return;
   const bool more = advance_row(c, fmin(1, fraction));
-  c->row.updated = unix_now();
+  job_touch(c);
   if (more) job_tell(c, JOB_EVENT_PROGRESS);
   job *batch = c->batch;
   if (batch == NULL || batch->row.parts == 0) return;
@@ -84,29 +85,33 @@ static void heard(void *context, const ipc_news *news, int fd) {
     keep_checkpoint(c, news, fd);
     return;
   }
-  const bool other = strcmp(c->phase, news->phase) != 0;
-  memcpy(c->phase, news->phase, sizeof c->phase);
+  const bool other = strcmp(c->row.phase, news->phase) != 0;
+  memcpy(c->row.phase, news->phase, sizeof c->row.phase);
   if (other) {
-    snprintf(c->row.message, sizeof c->row.message, "%s", c->phase);
-    c->row.updated = unix_now();
-    c->residual = 0;
+    snprintf(c->row.message, sizeof c->row.message, "%s", c->row.phase);
+    job_touch(c);
+    c->row.residual = 0;
     job_tell(c, JOB_EVENT_PHASE);
   }
   job_advance(c, news->fraction);
   if (news->residual > 0 && isfinite(news->residual)) {
-    c->residual = news->residual;
+    c->row.residual = news->residual;
     job_tell(c, JOB_EVENT_RESIDUAL);
   }
 }
 
 /* ---- The end of a run ---- */
 
-static void off_worker(job *c) {
-  jobs *j = c->all;
-  c->task = NULL;
+static void close_files(job *c) {
   if (c->body >= 0) close(c->body);
   if (c->checkpoint >= 0) close(c->checkpoint);
   c->body = c->checkpoint = -1;
+}
+
+static void off_worker(job *c) {
+  jobs *j = c->all;
+  c->task = NULL;
+  close_files(c);
   j->counts.running--;
   j->counts.memory -= c->row.estimate;
 }
@@ -144,12 +149,31 @@ static void end_refused(job *c, const pool_outcome *o) {
                *o->detail != '\0' ? o->detail : problem_phrase(o->status));
 }
 
+/* Does an error say that the front has run out of something that it will have again? */
+static bool is_passing(int error) {
+  return error == EMFILE || error == ENFILE || error == ENOMEM;
+}
+
+/* This attempt came to nothing, by no fault of the job: it waits for the next, if it has one. */
+static bool wait_again(job *c, const char *why) {
+  if (c->row.attempts >= c->all->set->job_attempts) return false;
+  retreat(c);
+  job_become(c, JOB_ACCEPTED, "waits again: %s in attempt %d", why, c->row.attempts);
+  (void)job_enqueue(c, true);
+  return true;
+}
+
+static void end_unkept(job *c, int error) {
+  const bool full = error == ENOSPC || error == EDQUOT;
+  if (is_passing(error) && wait_again(c, "the result could not be kept")) return;
+  job_fail(c, full ? 507 : 500, "the result cannot be kept: %s", strerror(error));
+}
+
 static void end_replied(job *c, const pool_outcome *o) {
   if (o->status != 200) {
     end_refused(c, o);
   } else if (!job_files_keep(c, JOB_RESULT, o->fd, o->size)) {
-    const bool full = errno == ENOSPC || errno == EDQUOT;
-    job_fail(c, full ? 507 : 500, "the result cannot be kept: %s", strerror(errno));
+    end_unkept(c, errno);
   } else {
     c->row.result_size = (int64_t)o->size;
     c->row.result_coding = (int)o->coding;
@@ -167,19 +191,15 @@ static void end_memory(job *c, const pool_outcome *o) {
 }
 
 static void end_time(job *c, const pool_outcome *o) {
-  job_fail(c, 504, "the solve was stopped%s%s after %g s (limit: job-seconds)",
-           *o->phase != '\0' ? " in phase " : "", o->phase, c->all->set->job_seconds);
+  job_fail(c, 504, "the solve was stopped%s%s after %g s (limit: job-seconds%s)",
+           *o->phase != '\0' ? " in phase " : "", o->phase, c->seconds,
+           c->seconds < c->all->set->job_seconds ? ", seconds of the token" : "");
 }
 
 static void end_crashed(job *c, const pool_outcome *o) {
-  if (c->row.attempts >= c->all->set->job_attempts) {
-    job_fail(c, 500, "the worker died%s%s in %d attempts (limit: job-attempts)",
-             *o->phase != '\0' ? " in phase " : "", o->phase, c->row.attempts);
-    return;
-  }
-  retreat(c);
-  job_become(c, JOB_ACCEPTED, "waits again: the worker died in attempt %d", c->row.attempts);
-  (void)job_enqueue(c, true);
+  if (wait_again(c, "the worker died")) return;
+  job_fail(c, 500, "the worker died%s%s in %d attempts (limit: job-attempts)",
+           *o->phase != '\0' ? " in phase " : "", o->phase, c->row.attempts);
 }
 
 /* The daemon stops; this attempt does not count. */
@@ -219,6 +239,8 @@ static ipc_ask ask_of(const job *c) {
                  .limits = set->limits};
   ask.limits.seconds = set->job_seconds;
   snprintf(ask.process, sizeof ask.process, "%s", c->row.process);
+  const job_owners *owners = &c->all->owners;
+  if (owners->narrow != NULL) owners->narrow(owners->self, c->row.submitter, &ask);
   return ask;
 }
 
@@ -228,26 +250,36 @@ static void open_checkpoint(job *c, ipc_ask *ask) {
   ask->checkpoint = size > 0 ? (int64_t)size : 0;
 }
 
+/* Its request cannot be opened: it waits until it can, for its attempts where that is not sure to
+ * come. False if it waits. */
+static bool give_up(job *c, int error) {
+  jobs *j = c->all;
+  if (!is_passing(error)) c->row.attempts++;
+  if (error != ENOENT && c->row.attempts < j->set->job_attempts) {
+    j->pause = loop_now() + pause_seconds;
+    return false;
+  }
+  job_fail(c, 500, "its request cannot be read: %s", strerror(error));
+  return true;
+}
+
 static bool start(job *c) {
   static const pool_calls calls = {done, heard};
   ipc_ask ask = ask_of(c);
+  c->seconds = ask.limits.seconds;
   c->body = open_request(c);
-  if (c->body < 0) {
-    job_fail(c, 500, "its request cannot be read: %s", strerror(errno));
-    return true;
-  }
+  if (c->body < 0) return give_up(c, errno);
   open_checkpoint(c, &ask);
   c->task = pool_start(c->all->pool, &ask, c->body, c->checkpoint, &calls, c);
   if (c->task == NULL) {
-    close(c->body);
-    c->body = -1;
+    close_files(c);
     return false;
   }
   c->all->counts.running++;
   c->all->counts.memory += c->row.estimate;
   c->row.attempts++;
-  *c->phase = '\0';
-  c->residual = 0;
+  *c->row.phase = '\0';
+  c->row.residual = 0;
   job_become(c, JOB_RUNNING, "runs, attempt %d", c->row.attempts);
   job *batch = c->batch;
   if (batch != NULL && batch->row.state == JOB_ACCEPTED) {
@@ -258,7 +290,7 @@ static bool start(job *c) {
 
 void jobs_schedule(void *self) {
   jobs *j = self;
-  while (!j->stopped && pool_has_room(j->pool)) {
+  while (!j->stopped && j->pause == INFINITY && pool_has_room(j->pool)) {
     job *c = job_queue_take(j->queue, fits, j);
     if (c == NULL) return;
     if (start(c)) continue;

@@ -57,7 +57,8 @@ static store_result order_call(job *c) {
 static store_result write_job(job *c) {
   const bool is_new = c->row.number == 0;
   store_result result =
-      is_new ? add_new(c) : store_update(c->all->store, &c->row, c->problem, c->problem_size);
+      is_new ? add_new(c)
+             : store_update(c->all->store, &c->row, c->row.holder, c->problem, c->problem_size);
   if (result == STORE_OK) result = job_files_write(c);
   if (result == STORE_OK) result = order_call(c);
   return result == STORE_OK && c->row.parent == 0 ? note(c) : result;

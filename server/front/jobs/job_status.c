@@ -180,7 +180,9 @@ void job_refuse_failed(exchange *x, jobs *j, const job_row *row) {
 
 void job_refuse_store(exchange *x, store_result why) {
   if (why == STORE_FULL) {
-    exchange_refuse(x, 507, "the disk of the service is full");
+    exchange_refuse(
+        x, 507,
+        "the disk of the service, or what may be used of it, is full (job-bytes, data-bytes)");
   } else {
     exchange_refuse(x, 500, "the store does not work; the log knows more under request %s", x->id);
   }

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <unistd.h>
 
+#include "gate.h"
 #include "http.h"
 #include "job_status.h"
 #include "media.h"
@@ -44,6 +45,7 @@ rendering *rendering_new(const service *s, exchange *x, const job_row *row, cons
                  .content = MEDIA_CBOR,
                  .content_coding = (coding)row->result_coding,
                  .limits = s->set->limits};
+  gate_ask_again(s->gate, row->submitter, &ask);
   snprintf(ask.process, sizeof ask.process, "%s", row->process);
   snprintf(ask.output, sizeof ask.output, "%s", output);
   snprintf(ask.results_url, sizeof ask.results_url, "%s/jobs/%s/results", x->base, row->id);

@@ -1,6 +1,5 @@
 #include "submit.h"
 
-#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -13,6 +12,7 @@
 #include "job_queue.h"
 #include "job_status.h"
 #include "outcome.h"
+#include "quota.h"
 #include "rendering.h"
 #include "submitter.h"
 
@@ -94,7 +94,6 @@ static void waited(void *self, const job_view *now) {
 
 static void stored(void *self, const job_row *row, store_result result) {
   submission *b = self;
-  const double seconds = fmin(b->prefer.wait, b->service->set->wait_seconds);
   job_view view;
   if (result != STORE_OK) {
     job_refuse_store(b->x, result);
@@ -110,7 +109,7 @@ static void stored(void *self, const job_row *row, store_result result) {
   if (view.active == NULL) {
     waited(b, &view);
   } else {
-    wait_on(b->service->waits, &b->wait, seconds);
+    wait_on(b->service->waits, &b->wait, b->prefer.wait);
   }
 }
 
@@ -168,7 +167,7 @@ static bool fits(submission *b, const frames *f, int64_t estimate) {
     exchange_refuse(b->x, 429, "%lld jobs wait already (limit: job-queue)",
                     (long long)(b->service->set->job_queue - jobs_room(j)));
   } else {
-    return true;
+    return quota_allows(b->service, b->x, parts);
   }
   return false;
 }
@@ -181,7 +180,8 @@ static bool find_answer(const submission *b, const job_order *o, job_row *other)
   if (s->set->reuse_results == 0 || !o->row.reusable) return false;
   if (cache != NULL && strstr(cache, "no-cache") != NULL) return false;
   const double until = unix_now() + s->set->result_seconds / 2;
-  return store_by_digest(jobs_store(s->jobs), b->extra.digest, until, other) == STORE_OK;
+  return store_by_digest(jobs_store(s->jobs), b->x->owner, b->extra.digest, until, other) ==
+         STORE_OK;
 }
 
 /* Processes whose answers depend on more than the request: on time. */
@@ -296,7 +296,7 @@ submission *submit_new(const service *s, exchange *x, const prefer *p, const ipc
   b->wait.enough = is_over;
   b->wait.over = waited;
   b->wait.self = b;
-  if (take_digest(b) && check_key(b) && has_room(b)) ask_check(b);
+  if (take_digest(b) && check_key(b) && has_room(b) && quota_allows(s, x, 1)) ask_check(b);
   if (x->reply.status == 0) return b;
   submit_free(&b);
   return NULL;

@@ -6,7 +6,8 @@
 #include "exchange.h"
 #include "job_row.h"
 
-/* The address of the client, "local" on a Unix socket. */
+/* The owner of the request; where there are no tokens the address of the client, "local" on a Unix
+ * socket. */
 void submitter_of(const exchange *x, char submitter[JOB_SUBMITTER]);
 
 #endif

@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 #include "data.h"
+#include "gate.h"
 #include "media.h"
 #include "outbound.h"
 
@@ -54,7 +55,7 @@ static void give(fetches *f, pool_task *t, ipc_given given, int fd) {
 static void give_data(fetches *f, pool_task *t, const char *id) {
   data_row row;
   media form;
-  if (data_find(f->service->data, id, &row) != STORE_OK) {
+  if (data_find(f->service->data, pool_owner(t), id, &row) != STORE_OK) {
     refuse(f, t, 404, "there is no data %.70s; it may have expired", id);
   } else if (!media_find(row.type, &form)) {
     refuse(f, t, 415, "is of media type %s, which cannot be read", row.type);
@@ -67,7 +68,7 @@ static void give_result(fetches *f, pool_task *t, const char *id, const char *ou
   const service *s = f->service;
   job_view view;
   ipc_given given = {.media = MEDIA_CBOR};
-  if (jobs_find(s->jobs, id, &view) != STORE_OK) {
+  if (jobs_find(s->jobs, pool_owner(t), id, &view) != STORE_OK) {
     refuse(f, t, 404, "there is no job %.40s", id);
   } else if (view.row.state != JOB_SUCCESSFUL || view.row.parts > 0) {
     refuse(f, t, 404, "job %s has no results that could be used", id);
@@ -199,7 +200,9 @@ static void find(fetches *f, pool_task *t, const char *href) {
 static void keep(fetches *f, pool_task *t, const ipc_news *news, int fd) {
   ipc_given given = {.status = 200};
   data_row row;
-  const data_result result = data_add(f->service->data, news->type, fd, (size_t)news->size, &row);
+  const data_owner owner = {pool_owner(t), gate_data_bytes(f->service->gate, pool_owner(t))};
+  const data_result result =
+      data_add(f->service->data, owner, news->type, fd, (size_t)news->size, &row);
   if (result == DATA_NEW || result == DATA_KNOWN || result == DATA_OTHER) {
     snprintf(given.href, sizeof given.href, "/data/%s", row.id);
     pool_give(f->service->pool, t, &given, -1);
@@ -213,7 +216,10 @@ static void keep(fetches *f, pool_task *t, const ipc_news *news, int fd) {
 
 static void wanted(void *self, pool_task *t, const ipc_news *news, int fd) {
   fetches *f = self;
-  if (news->kind == IPC_FETCH) {
+  const bool is_nobody = gate_is_on(f->service->gate) && *pool_owner(t) == '\0';
+  if (is_nobody) {
+    refuse(f, t, 404, "leads to nothing here");
+  } else if (news->kind == IPC_FETCH) {
     find(f, t, news->href);
   } else {
     keep(f, t, news, fd);

@@ -142,6 +142,10 @@ void *pool_context(const pool_task *task) {
   return task->context;
 }
 
+const char *pool_owner(const pool_task *task) {
+  return task->ask.owner;
+}
+
 void pool_on_room(pool *p, void (*room)(void *self), void *self) {
   p->room = room;
   p->room_self = self;
@@ -211,6 +215,19 @@ pid_t pool_pid(const pool *p, int k) {
 int pool_tasks(const pool *p) {
   int count = p->queue.count;
   for (int k = 0; k < p->count; k++) count += p->workers[k].task != NULL;
+  return count;
+}
+
+static bool is_execution_of(const pool_task *t, const char *owner) {
+  return t != NULL && t->ask.work != IPC_RUN_STORED && t->ask.work != IPC_RENDER &&
+         strcmp(t->ask.owner, owner) == 0;
+}
+
+int pool_tasks_of(const pool *p, const char *owner) {
+  int count = 0;
+  for (int k = 0; k < p->count; k++) count += is_execution_of(p->workers[k].task, owner);
+  for (const pool_task *t = p->queue.first; t != NULL; t = t->next)
+    count += is_execution_of(t, owner);
   return count;
 }
 

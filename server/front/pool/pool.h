@@ -84,6 +84,9 @@ void pool_cancel(pool *p, pool_task *task);
 /* What the owner of a task knows it by. */
 void *pool_context(const pool_task *task);
 
+/* Whose values a task may refer to: ask->owner. */
+const char *pool_owner(const pool_task *task);
+
 /* Who is called when there may be room for a job. */
 void pool_on_room(pool *p, void (*room)(void *self), void *self);
 
@@ -93,9 +96,10 @@ void pool_on_values(pool *p, const pool_values *values);
 /* Answers what a task wanted; fd (-1: none) stays the caller's. */
 void pool_give(pool *p, pool_task *task, const ipc_given *given, int fd);
 
-int pool_ready(const pool *p);       /* workers up, idle or busy */
-int pool_waiting(const pool *p);     /* tasks waiting */
-int pool_tasks(const pool *p);       /* tasks waiting or running */
+int pool_ready(const pool *p);                       /* workers up, idle or busy */
+int pool_waiting(const pool *p);                     /* tasks waiting */
+int pool_tasks(const pool *p);                       /* tasks waiting or running */
+int pool_tasks_of(const pool *p, const char *owner); /* of these, executions that are no jobs */
 int pool_retry_after(const pool *p); /* seconds after which the queue may have room, >= 1 */
 
 /* How many workers are in each state of README.md; a state's name. */

@@ -45,12 +45,16 @@ static void run(void *self) {
   d->expiry = fmax(now + patience, store_data_first_expiry(d->store));
 }
 
+void data_shift(data_store *d, double by) {
+  d->expiry += by;
+}
+
 /* ---- The whole ---- */
 
 static bool is_wanted(void *context, const char *name) {
   data_store *d = context;
   data_row row;
-  return store_data(d->store, name, &row) == STORE_OK;
+  return store_data(d->store, name, &row) != STORE_NONE; /* what cannot be known is kept */
 }
 
 data_store *data_new(loop *l, const parameters *set, store *s) {
@@ -69,12 +73,17 @@ void data_free(data_store **d) {
 
 /* ---- Objects ---- */
 
-store_result data_find(data_store *d, const char *id, data_row *row) {
+/* Without an owner there are no tokens: all is everybody's. */
+static bool is_for(const char *owner, const data_row *row) {
+  return *owner == '\0' || strcmp(owner, row->owner) == 0;
+}
+
+store_result data_find(data_store *d, const char *owner, const char *id, data_row *row) {
   const bool is_id = strlen(id) == DATA_ID - 1 && strspn(id, "0123456789abcdef") == DATA_ID - 1;
   const store_result result = is_id ? store_data(d->store, id, row) : STORE_NONE;
   const bool is_over =
       result == STORE_OK && row->expires <= unix_now() && !store_data_is_pinned(d->store, id);
-  return is_over ? STORE_NONE : result;
+  return is_over || (result == STORE_OK && !is_for(owner, row)) ? STORE_NONE : result;
 }
 
 static data_result renew(data_store *d, const char *type, data_row *row) {
@@ -92,9 +101,12 @@ static data_result failure(void) {
 }
 
 /* The file first, then the row that refers to it. */
-static data_result write_new(data_store *d, int fd, data_row *row) {
+static data_result write_new(data_store *d, int64_t most, int fd, data_row *row) {
   const int at = store_data_files(d->store);
-  if (store_data_bytes(d->store) + row->size > d->set->data_bytes) return DATA_QUOTA;
+  if (store_data_bytes(d->store, "") + row->size > d->set->data_bytes ||
+      store_data_bytes(d->store, row->owner) + row->size > most) {
+    return DATA_QUOTA;
+  }
   if (!keep_file(at, row->id, fd, (size_t)row->size)) return failure();
   const store_result result = store_data_add(d->store, row);
   d->expiry = fmin(d->expiry, row->expires);
@@ -103,9 +115,11 @@ static data_result write_new(data_store *d, int fd, data_row *row) {
   return result == STORE_FULL ? DATA_FULL : DATA_FAILED;
 }
 
-data_result data_add(data_store *d, const char *type, int fd, size_t size, data_row *row) {
+data_result data_add(data_store *d, data_owner owner, const char *type, int fd, size_t size,
+                     data_row *row) {
   char id[DIGEST_TEXT];
-  if (!digest_file(NULL, fd, size, id)) return failure();
+  const char *label = *owner.name != '\0' ? owner.name : NULL;
+  if (!digest_file(label, fd, size, id)) return failure();
   const store_result known = store_data(d->store, id, row);
   if (known == STORE_OK) return renew(d, type, row);
   if (known != STORE_NONE) return DATA_FAILED;
@@ -113,7 +127,8 @@ data_result data_add(data_store *d, const char *type, int fd, size_t size, data_
   row->expires = row->created + d->set->data_seconds;
   snprintf(row->id, sizeof row->id, "%s", id);
   snprintf(row->type, sizeof row->type, "%s", type);
-  return write_new(d, fd, row);
+  snprintf(row->owner, sizeof row->owner, "%s", owner.name);
+  return write_new(d, owner.bytes, fd, row);
 }
 
 int data_open(data_store *d, const data_row *row) {

@@ -6,11 +6,13 @@
 #include <unistd.h>
 
 #include "data.h"
+#include "gate.h"
 #include "http.h"
 #include "job_status.h"
 #include "media.h"
 #include "negotiate.h"
 #include "outcome.h"
+#include "quota.h"
 #include "range.h"
 
 /* ---- POST /data ---- */
@@ -50,7 +52,8 @@ void data_begin(const service *s, exchange *x) {
     exchange_refuse(x, 503, "out of memory");
     return;
   }
-  *u = (upload){.service = s, .x = x, .ask = {.limits = s->set->limits}};
+  *u = (upload){.service = s, .x = x};
+  gate_ask(s->gate, x, &u->ask);
   check_content(u);
   if (x->reply.status == 0) check_coding(u);
   if (x->reply.status == 0) (void)negotiate_json(x);
@@ -78,7 +81,8 @@ static void reply_object(upload *u, int status, const data_row *row) {
 static void keep(upload *u, int fd, size_t size) {
   data_row row;
   exchange *x = u->x;
-  switch (data_add(u->service->data, media_type(u->ask.content), fd, size, &row)) {
+  const data_owner owner = {x->owner, x->most.data_bytes};
+  switch (data_add(u->service->data, owner, media_type(u->ask.content), fd, size, &row)) {
     case DATA_NEW:
       reply_object(u, 201, &row);
       break;
@@ -90,7 +94,8 @@ static void keep(upload *u, int fd, size_t size) {
                       row.id);
       break;
     case DATA_QUOTA:
-      exchange_refuse(x, 507, "%zu bytes more than there is room for (limit: data-bytes)", size);
+      exchange_refuse(x, 507, "%zu bytes more than there is room for (limit: data-bytes%s)", size,
+                      *x->owner != '\0' ? ", here or of the token" : "");
       break;
     case DATA_FULL:
       job_refuse_store(x, STORE_FULL);
@@ -121,6 +126,7 @@ void data_serve(const service *s, exchange *x) {
   u->ask.work = u->ask.content_coding == CODING_IDENTITY ? IPC_CHECK : IPC_RUN;
   u->ask.size = x->body.size;
   snprintf(u->ask.process, sizeof u->ask.process, "data");
+  if (!quota_allows(s, x, 1)) return;
   u->task = pool_submit(s->pool, &u->ask, x->body.fd, &calls, u);
   if (u->task == NULL) outcome_refuse_full(x, s->pool, s->set->queue);
 }
@@ -135,7 +141,7 @@ void data_end(const service *s, exchange *x) {
 /* ---- GET and DELETE /data/{id} ---- */
 
 static bool find(const service *s, exchange *x, data_row *row) {
-  const store_result result = data_find(s->data, x->item, row);
+  const store_result result = data_find(s->data, x->owner, x->item, row);
   if (result == STORE_NONE) {
     exchange_refuse(x, 404, "there is no data %.70s; it may have expired", x->item);
   } else if (result != STORE_OK) {

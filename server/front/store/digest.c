@@ -2,6 +2,7 @@
 
 #include <errno.h>
 #include <nettle/hmac.h>
+#include <nettle/memops.h>
 #include <nettle/sha2.h>
 #include <string.h>
 #include <unistd.h>
@@ -32,6 +33,17 @@ bool digest_file(const char *label, int fd, size_t size, char text[DIGEST_TEXT])
   sha256_digest(&state, sizeof sum, sum);
   show(sum, text);
   return true;
+}
+
+void digest_bytes(const void *bytes, size_t size, unsigned char sum[DIGEST_BYTES]) {
+  struct sha256_ctx state;
+  sha256_init(&state);
+  sha256_update(&state, size, bytes);
+  sha256_digest(&state, DIGEST_BYTES, sum);
+}
+
+bool digest_is(const unsigned char a[DIGEST_BYTES], const unsigned char b[DIGEST_BYTES]) {
+  return memeql_sec(a, b, DIGEST_BYTES) != 0;
 }
 
 void digest_sign(const char *key, const char *head, const void *body, size_t size,

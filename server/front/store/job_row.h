@@ -18,6 +18,8 @@ enum {
   JOB_URI = 1024,
   JOB_PINS = 32,
   JOB_BASE = 1100,
+  JOB_HOLDER = 33,
+  JOB_PHASE = 32,
 };
 
 /* Times are seconds since 1970, 0 for not yet. */
@@ -47,6 +49,9 @@ typedef struct {
   int result_coding;
   int subscribed; /* its extra has addresses to call */
   char message[JOB_MESSAGE];
+  char holder[JOB_HOLDER]; /* daemon that has it among several; "" for none, or the only one */
+  char phase[JOB_PHASE];   /* of a running one, "" if not known */
+  double residual;         /* of the iteration in that phase, 0 if not known */
 } job_row;
 
 /* What a row begins with and the rest of the daemon need not carry along. */

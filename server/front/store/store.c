@@ -44,6 +44,7 @@ store *store_open(const char *directory, fault *why) {
     return NULL;
   }
   s->directory = s->files = s->data = s->lock = -1;
+  s->door = &store_sqlite;
   if (!lock_directory(s, directory, why) || !open_files(s, why) || !sql_open(s, directory, why)) {
     store_close(&s);
   }
@@ -87,8 +88,9 @@ store_result store_add(store *s, job_row *row, const job_extra *extra) {
   sql_text(s, ADD, ":digest", extra->digest);
   sql_text(s, ADD, ":base", extra->base);
   for (int k = 0; k < 3; k++) sql_text(s, ADD, uris[k], extra->uri[k]);
-  store_result result = sql_run(s, ADD);
-  if (result == STORE_OK) row->number = sql_last_number(s);
+  store_result result = sql_step(s, ADD);
+  if (result == STORE_OK) row->number = sql_get_long(s, ADD, 0);
+  sql_reset(s, ADD);
   for (int k = 0; k < JOB_PINS && *extra->pin[k] != '\0' && result == STORE_OK; k++) {
     sql_text(s, PIN, ":id", extra->pin[k]);
     sql_long(s, PIN, ":number", row->number);
@@ -97,10 +99,12 @@ store_result store_add(store *s, job_row *row, const job_extra *extra) {
   return result;
 }
 
-store_result store_update(store *s, const job_row *row, const void *problem, size_t size) {
+store_result store_update(store *s, const job_row *row, const char *held, const void *problem,
+                          size_t size) {
   sql_row(s, UPDATE, row);
   sql_long(s, UPDATE, ":number", row->number);
-  const store_result result = sql_run(s, UPDATE);
+  sql_text(s, UPDATE, ":held", held);
+  const store_result result = sql_change(s, UPDATE);
   if (result != STORE_OK || problem == NULL) return result;
   sql_long(s, SET_PROBLEM, ":number", row->number);
   sql_blob(s, SET_PROBLEM, ":problem", problem, size);
@@ -160,24 +164,23 @@ store_result store_by_key(store *s, const char *submitter, const char *key, job_
   return result;
 }
 
-store_result store_by_digest(store *s, const char *digest, double until, job_row *row) {
+store_result store_by_digest(store *s, const char *owner, const char *digest, double until,
+                             job_row *row) {
+  sql_text(s, BY_DIGEST, ":owner", owner);
   sql_text(s, BY_DIGEST, ":digest", digest);
   sql_real(s, BY_DIGEST, ":until", until);
   return sql_fetch(s, BY_DIGEST, row);
 }
 
+/* Bytes first: the rows know those of parts. */
 store_result store_remove(store *s, int64_t number) {
-  sql_long(s, REMOVE_SMALL, ":number", number);
-  store_result result = sql_run(s, REMOVE_SMALL);
-  sql_long(s, REMOVE, ":number", number);
-  if (result == STORE_OK) result = sql_run(s, REMOVE);
-  if (result != STORE_OK) return result;
-  sql_long(s, REMOVE_LOG, ":number", number);
-  sql_long(s, REMOVE_CALLS, ":number", number);
-  sql_long(s, UNPIN, ":number", number);
-  const store_result calls = sql_run(s, REMOVE_CALLS), lines = sql_run(s, REMOVE_LOG);
-  const store_result pins = sql_run(s, UNPIN);
-  return calls != STORE_OK ? calls : lines != STORE_OK ? lines : pins;
+  static const statement in_order[] = {REMOVE_SMALL, REMOVE, REMOVE_CALLS, REMOVE_LOG, UNPIN};
+  store_result result = STORE_OK;
+  for (size_t k = 0; k < sizeof in_order / sizeof *in_order && result == STORE_OK; k++) {
+    sql_long(s, in_order[k], ":number", number);
+    result = sql_run(s, in_order[k]);
+  }
+  return result;
 }
 
 store_result store_part_states(store *s, int64_t parent, int64_t count[JOB_STATES]) {
@@ -207,7 +210,26 @@ double store_first_expiry(store *s) {
   return sql_number_of(s, FIRST_EXPIRY, INFINITY);
 }
 
+store_result store_shift(store *s, double by) {
+  static const statement shifts[] = {SHIFT_JOBS, SHIFT_CALLS, SHIFT_DATA};
+  if (s->door->shared) return STORE_OK; /* others' clocks are right */
+  store_result result = store_begin(s);
+  for (int k = 0; k < 3 && result == STORE_OK; k++) {
+    sql_real(s, shifts[k], ":by", by);
+    result = sql_run(s, shifts[k]);
+  }
+  if (result == STORE_OK) result = store_commit(s);
+  if (result != STORE_OK) store_rollback(s);
+  return result;
+}
+
+int64_t store_job_bytes(store *s, const char *owner) {
+  sql_text(s, JOB_BYTES, ":owner", owner);
+  return (int64_t)sql_number_of(s, JOB_BYTES, 0);
+}
+
 store_result store_list(store *s, const store_filter *f, store_visit *visit, void *context) {
+  sql_text(s, LIST, ":owner", f->owner != NULL ? f->owner : "");
   sql_text(s, LIST, ":processes", f->processes);
   sql_long(s, LIST, ":states", f->states);
   sql_real(s, LIST, ":created_least", f->created_least);

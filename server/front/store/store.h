@@ -44,8 +44,10 @@ int store_files(const store *s);
 /* Adds a job and sets its number. */
 store_result store_add(store *s, job_row *row, const job_extra *extra);
 
-/* Writes what changed. `problem` of a failed job: its bytes; NULL leaves them. */
-store_result store_update(store *s, const job_row *row, const void *problem, size_t size);
+/* Writes what changed; STORE_NONE if its holder is not `held` any more. `problem` of a failed job:
+ * its bytes; NULL leaves them. */
+store_result store_update(store *s, const job_row *row, const char *held, const void *problem,
+                          size_t size);
 
 store_result store_job(store *s, const char *id, job_row *row);
 store_result store_job_number(store *s, int64_t number, job_row *row);
@@ -59,7 +61,7 @@ store_result store_next_ended(store *s, int64_t parent, double after, job_row *r
 /* How many parts of a batch are in each state. */
 store_result store_part_states(store *s, int64_t parent, int64_t count[JOB_STATES]);
 
-/* Bytes of a failed job's problem, malloc'ed; NULL if there are none. */
+/* Bytes of a failed job's problem, malloc'ed; NULL with errno, ENOENT if there are none. */
 void *store_problem(store *s, int64_t number, size_t *size);
 
 store_result store_extra(store *s, int64_t number, job_extra *extra);
@@ -68,8 +70,10 @@ store_result store_extra(store *s, int64_t number, job_extra *extra);
 store_result store_by_key(store *s, const char *submitter, const char *key, job_row *row,
                           char digest[JOB_DIGEST]);
 
-/* The newest successful job with this digest that is there until `until`. */
-store_result store_by_digest(store *s, const char *digest, double until, job_row *row);
+/* The newest successful job with this digest that is there until `until`, of `owner` if that is not
+ * "". */
+store_result store_by_digest(store *s, const char *owner, const char *digest, double until,
+                             job_row *row);
 
 /* Removes a job and its parts. */
 store_result store_remove(store *s, int64_t number);
@@ -85,8 +89,13 @@ store_result store_expired(store *s, double now, store_visit *visit, void *conte
 /* The earliest `expires` of a job; INFINITY without any. */
 double store_first_expiry(store *s);
 
+/* Bytes of the requests of jobs that are not over and of the results of all, of those of
+ * `owner` if that is not "". Cost: all jobs. */
+int64_t store_job_bytes(store *s, const char *owner);
+
 /* Which jobs a list shows. */
 typedef struct {
+  const char *owner;   /* only those of this submitter; NULL or "": of all */
   char processes[512]; /* ",solve,apply,", "" for all */
   unsigned states;     /* set of 1 << job_state */
   double created_least, created_most;
@@ -113,11 +122,15 @@ store_result store_calls(store *s, int most, store_call *visit, void *context);
 store_result store_update_call(store *s, const job_call *call);
 store_result store_remove_call(store *s, int64_t number);
 
+/* Moves all dates at which something ends or is due by so many seconds (clock.h); those of a shared
+ * database stay. */
+store_result store_shift(store *s, double by);
+
 /* ---- Small bytes of jobs, by number and kind (`which`) ---- */
 
 store_result store_add_small(store *s, int64_t job, int which, const void *bytes, size_t size);
 
-/* malloc'ed; NULL if there are none. */
+/* malloc'ed; NULL with errno, ENOENT if there are none. */
 void *store_small(store *s, int64_t job, int which, size_t *size);
 
 /* Forgets those of one kind, -1: all. */
@@ -139,8 +152,8 @@ int store_data_files(const store *s);
 store_result store_data_add(store *s, const data_row *row);
 store_result store_data(store *s, const char *id, data_row *row);
 
-/* Sum of all sizes. */
-int64_t store_data_bytes(store *s);
+/* Sum of all sizes, of those of `owner` if that is not "". */
+int64_t store_data_bytes(store *s, const char *owner);
 
 /* It stays at least until `expires`. */
 store_result store_data_renew(store *s, const char *id, double expires);

@@ -14,6 +14,7 @@ store_result store_data_add(store *s, const data_row *row) {
   sql_long(s, ADD_DATA, ":size", row->size);
   sql_real(s, ADD_DATA, ":created", row->created);
   sql_real(s, ADD_DATA, ":expires", row->expires);
+  sql_text(s, ADD_DATA, ":owner", row->owner);
   return sql_run(s, ADD_DATA);
 }
 
@@ -27,12 +28,14 @@ store_result store_data(store *s, const char *id, data_row *row) {
     row->size = sql_get_long(s, DATA, 1);
     row->created = sql_get_real(s, DATA, 2);
     row->expires = sql_get_real(s, DATA, 3);
+    sql_get_text(s, DATA, 4, row->owner, sizeof row->owner);
   }
   sql_reset(s, DATA);
   return result;
 }
 
-int64_t store_data_bytes(store *s) {
+int64_t store_data_bytes(store *s, const char *owner) {
+  sql_text(s, DATA_BYTES, ":owner", owner);
   return (int64_t)sql_number_of(s, DATA_BYTES, 0);
 }
 
@@ -44,7 +47,9 @@ store_result store_data_renew(store *s, const char *id, double expires) {
 
 bool store_data_is_pinned(store *s, const char *id) {
   sql_text(s, DATA_PINNED, ":id", id);
-  return sql_number_of(s, DATA_PINNED, 0) > 0;
+  const store_result result = sql_step(s, DATA_PINNED);
+  sql_reset(s, DATA_PINNED);
+  return result != STORE_NONE; /* when in doubt it is */
 }
 
 store_result store_data_expired(store *s, double now, char id[DATA_ID]) {

@@ -1,5 +1,6 @@
-/* store_sql.h - the only door to SQLite: a database with its statements, as the files of the store
- * use it. Parameters have names, columns numbers from 0. Test: unit.store.
+/* store_sql.h - a database with its statements, as the files of the store use it, and the doors to
+ * the databases there are. Parameters have names, columns numbers from 0.
+ * Test: unit.store, unit.store_postgres.
  */
 #ifndef SCATTERD_STORE_SQL_H
 #define SCATTERD_STORE_SQL_H
@@ -7,13 +8,38 @@
 #include "store.h"
 #include "store_tables.h"
 
+/* One kind of database. Texts and bytes that are bound must stay until the step. */
+typedef struct {
+  dialect dialect;
+  bool shared; /* by several daemons */
+  /* `where` is a directory or a URL; what was opened is closed in any case. */
+  bool (*open)(store *s, const char *where, fault *why);
+  void (*close)(store *s);
+  void (*bind_text)(store *s, statement k, int place, const char *text);
+  void (*bind_long)(store *s, statement k, int place, int64_t value);
+  void (*bind_real)(store *s, statement k, int place, double value);
+  void (*bind_bytes)(store *s, statement k, int place, const void *bytes, size_t size);
+  store_result (*step)(store *s, statement k); /* as sql_step */
+  void (*reset)(store *s, statement k);
+  int64_t (*changes)(store *s, statement k); /* rows that its last step changed */
+  bool (*is_null)(store *s, statement k, int c);
+  int64_t (*get_long)(store *s, statement k, int c);
+  double (*get_real)(store *s, statement k, int c);
+  const void *(*get_bytes)(store *s, statement k, int c, size_t *size); /* text, too */
+  bool (*is_open)(const store *s); /* is there a transaction? */
+} store_door;
+
+extern const store_door store_sqlite, store_postgres;
+
 struct store {
-  struct sqlite3 *db;
-  struct sqlite3_stmt *statement[STATEMENTS];
+  const store_door *door;
+  void *base;                       /* the door's */
+  store_names names[STATEMENTS];    /* parameters of each */
   int directory, files, data, lock; /* descriptors */
 };
 
-bool sql_open(store *s, const char *path, fault *why);
+/* `where`: the directory, or the URL of the database. */
+bool sql_open(store *s, const char *where, fault *why);
 void sql_close(store *s);
 
 void sql_text(store *s, statement k, const char *name, const char *text);
@@ -26,8 +52,9 @@ void sql_row(store *s, statement k, const job_row *row); /* all store_columns, f
 store_result sql_step(store *s, statement k);
 void sql_reset(store *s, statement k);
 
-/* A statement that gives no rows, with the reset. */
+/* A statement that gives no rows, with the reset; the second says STORE_NONE if it changed none. */
 store_result sql_run(store *s, statement k);
+store_result sql_change(store *s, statement k);
 
 void sql_get_text(store *s, statement k, int c, char *room, size_t size);
 int64_t sql_get_long(store *s, statement k, int c);
@@ -40,7 +67,6 @@ store_result sql_visit(store *s, statement k, store_visit *visit, void *context)
 void *sql_fetch_blob(store *s, statement k, size_t *size);
 double sql_number_of(store *s, statement k, double otherwise);
 
-int64_t sql_last_number(const store *s); /* of the row added last */
-bool sql_is_open(const store *s);        /* is there a transaction? */
+bool sql_is_open(const store *s); /* is there a transaction? */
 
 #endif

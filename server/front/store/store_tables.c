@@ -1,5 +1,7 @@
 #include "store_tables.h"
 
+#include <stdarg.h>
+#include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -24,19 +26,40 @@ const column store_columns[] = {
     COLUMN(part, INT),          COLUMN(parts, INT),
     COLUMN(offset, LONG),       COLUMN(reusable, INT),
     COLUMN(result_coding, INT), COLUMN(subscribed, INT),
-    COLUMN(message, TEXT),
+    COLUMN(message, TEXT),      COLUMN(holder, TEXT),
+    COLUMN(phase, TEXT),        COLUMN(residual, REAL),
 };
 
 _Static_assert(sizeof store_columns / sizeof *store_columns == STORE_COLUMNS, "all of them");
 
-static const char *const types[] = {
-    [TEXT] = "TEXT", [INT] = "INTEGER", [LONG] = "INTEGER", [REAL] = "REAL"};
+static const char *const types[DIALECTS][4] = {
+    [DIALECT_SQLITE] = {[TEXT] = "TEXT", [INT] = "INTEGER", [LONG] = "INTEGER", [REAL] = "REAL"},
+    [DIALECT_POSTGRES] = {
+        [TEXT] = "TEXT", [INT] = "INTEGER", [LONG] = "BIGINT", [REAL] = "DOUBLE PRECISION"}};
+
+/* Words that the dialects do not share. */
+static const struct {
+  const char *mark, *word[DIALECTS];
+} words[] = {
+    {"{begin}", {"BEGIN IMMEDIATE", "BEGIN"}},
+    {"{number}",
+     {"number INTEGER PRIMARY KEY AUTOINCREMENT",
+      "number BIGINT GENERATED ALWAYS AS IDENTITY PRIMARY KEY"}},
+    {"{line}", {"rowid", "number"}}, /* the order in which lines of a log came */
+    {"{line definition}", {"", "number BIGINT GENERATED ALWAYS AS IDENTITY, "}},
+    {"{compact}", {" WITHOUT ROWID", ""}},
+    {"{long}", {"INTEGER", "BIGINT"}},
+    {"{real}", {"REAL", "DOUBLE PRECISION"}},
+    {"{bytes}", {"BLOB", "BYTEA"}},
+    {"{place in}", {"instr", "strpos"}},
+    {"{greater of}", {"max", "greatest"}},
+};
 
 /* {columns} is their list, {values} as many parameters, {settings} name = parameter, {definitions}
  * name and type; parameter k is column k, what follows has names. */
 static const char schema[] =
-    "CREATE TABLE jobs(number INTEGER PRIMARY KEY AUTOINCREMENT, {definitions}, key TEXT, digest "
-    "TEXT, success TEXT, running TEXT, failed TEXT, base TEXT, problem BLOB);"
+    "CREATE TABLE jobs({number}, {definitions}, key TEXT, digest TEXT, success TEXT, running TEXT, "
+    "failed TEXT, base TEXT, problem {bytes});"
     "CREATE UNIQUE INDEX jobs_id ON jobs(id);"
     "CREATE INDEX jobs_parent ON jobs(parent, part) WHERE parent > 0;"
     "CREATE INDEX jobs_finished ON jobs(parent, finished) WHERE parent > 0;"
@@ -44,26 +67,34 @@ static const char schema[] =
     "CREATE INDEX jobs_expires ON jobs(expires) WHERE expires > 0;"
     "CREATE INDEX jobs_key ON jobs(submitter, key) WHERE key <> '';"
     "CREATE INDEX jobs_digest ON jobs(digest) WHERE digest <> '';"
-    "CREATE TABLE calls(number INTEGER PRIMARY KEY AUTOINCREMENT, job INTEGER, kind INTEGER, "
-    "attempts INTEGER, due REAL);"
-    "CREATE TABLE small(job INTEGER, kind INTEGER, bytes BLOB, PRIMARY KEY(job, kind)) "
-    "WITHOUT ROWID;"
-    "CREATE TABLE log(job INTEGER, time REAL, text TEXT);"
+    "CREATE TABLE calls({number}, job {long}, kind INTEGER, attempts INTEGER, due {real});"
+    "CREATE TABLE small(job {long}, kind INTEGER, bytes {bytes}, PRIMARY KEY(job, kind)){compact};"
+    "CREATE TABLE log({line definition}job {long}, time {real}, text TEXT);"
     "CREATE INDEX log_job ON log(job);"
-    "CREATE TABLE data(id TEXT PRIMARY KEY, type TEXT, size INTEGER, created REAL, expires REAL);"
+    "CREATE TABLE data(id TEXT PRIMARY KEY, type TEXT, size {long}, created {real}, expires "
+    "{real}, owner TEXT DEFAULT '');"
     "CREATE INDEX data_expires ON data(expires);"
-    "CREATE TABLE pins(data TEXT, job INTEGER);"
+    "CREATE TABLE pins(data TEXT, job {long});"
     "CREATE INDEX pins_data ON pins(data);"
     "CREATE INDEX pins_job ON pins(job);";
 
+/* Step k makes version k + 1 of version k. */
+static const char *const steps[STORE_VERSION] = {
+    [1] =
+        "ALTER TABLE jobs ADD COLUMN holder TEXT DEFAULT '';"
+        "ALTER TABLE jobs ADD COLUMN phase TEXT DEFAULT '';"
+        "ALTER TABLE jobs ADD COLUMN residual {real} DEFAULT 0;"
+        "ALTER TABLE data ADD COLUMN owner TEXT DEFAULT '';",
+};
+
 static const char *const statements[STATEMENTS] = {
-    [BEGIN] = "BEGIN IMMEDIATE",
+    [BEGIN] = "{begin}",
     [COMMIT] = "COMMIT",
     [ROLLBACK] = "ROLLBACK",
     [ADD] =
-        "INSERT INTO jobs({columns}, key, digest, success, running, failed) "
-        "VALUES({values}, :key, :digest, :success, :running, :failed)",
-    [UPDATE] = "UPDATE jobs SET {settings} WHERE number = :number",
+        "INSERT INTO jobs({columns}, key, digest, success, running, failed, base) "
+        "VALUES({values}, :key, :digest, :success, :running, :failed, :base) RETURNING number",
+    [UPDATE] = "UPDATE jobs SET {settings} WHERE number = :number AND holder = :held",
     [SET_PROBLEM] = "UPDATE jobs SET problem = :problem WHERE number = :number",
     [JOB] = "SELECT {columns}, number FROM jobs WHERE id = :id",
     [JOB_NUMBER] = "SELECT {columns}, number FROM jobs WHERE number = :number",
@@ -81,7 +112,9 @@ static const char *const statements[STATEMENTS] = {
     [KEY_DIGEST] = "SELECT digest FROM jobs WHERE number = :number",
     [BY_DIGEST] =
         "SELECT {columns}, number FROM jobs WHERE digest = :digest AND digest <> '' "
-        "AND reusable AND state = 2 AND expires > :until ORDER BY number DESC LIMIT 1",
+        "AND reusable = 1 AND state = 2 AND expires > :until AND (:owner = '' OR submitter = "
+        ":owner) "
+        "ORDER BY number DESC LIMIT 1",
     [REMOVE] = "DELETE FROM jobs WHERE number = :number OR (parent = :number AND parent > 0)",
     [REMOVE_LOG] = "DELETE FROM log WHERE job = :number",
     [ACTIVE] = "SELECT {columns}, number FROM jobs WHERE state <= 1 ORDER BY number",
@@ -92,76 +125,168 @@ static const char *const statements[STATEMENTS] = {
     [PART_STATES] =
         "SELECT state, count(*) FROM jobs WHERE parent = :number AND parent > 0 "
         "GROUP BY state",
+    [JOB_BYTES] =
+        "SELECT CAST(coalesce(sum(CASE WHEN state <= 1 AND parent = 0 THEN size WHEN state = 2 "
+        "THEN "
+        "result_size ELSE 0 END), 0) AS {long}) FROM jobs WHERE :owner = '' OR submitter = :owner",
     [LIST] =
         "SELECT {columns}, number FROM jobs "
-        "WHERE (:processes = '' OR instr(:processes, ',' || process || ',') > 0) "
-        "AND (:states >> state) & 1 AND created BETWEEN :created_least AND :created_most "
-        "AND (NOT :timed OR (started > 0 AND "
-        "iif(finished > 0, finished, :now) - started BETWEEN :seconds_least AND :seconds_most)) "
-        "AND parent = :parent ORDER BY number DESC LIMIT :limit OFFSET :offset",
+        "WHERE (:processes = '' OR {place in}(:processes, ',' || process || ',') > 0) "
+        "AND (CAST(:states AS {long}) >> state) & 1 = 1 AND created BETWEEN :created_least AND "
+        ":created_most "
+        "AND (:timed = 0 OR (started > 0 AND "
+        "CASE WHEN finished > 0 THEN finished ELSE :now END - started BETWEEN :seconds_least AND "
+        ":seconds_most)) "
+        "AND parent = :parent AND (:owner = '' OR submitter = :owner) "
+        "ORDER BY number DESC LIMIT :limit OFFSET :offset",
     [ADD_CALL] = "INSERT INTO calls(job, kind, attempts, due) VALUES(:number, :kind, 0, :due)",
     [CALLS] = "SELECT number, job, kind, attempts, due FROM calls ORDER BY due LIMIT :limit",
     [UPDATE_CALL] = "UPDATE calls SET attempts = :attempts, due = :due WHERE number = :number",
     [REMOVE_CALL] = "DELETE FROM calls WHERE number = :number",
     [REMOVE_CALLS] = "DELETE FROM calls WHERE job = :number",
-    [ADD_SMALL] = "INSERT OR REPLACE INTO small(job, kind, bytes) VALUES(:number, :kind, :bytes)",
+    [ADD_SMALL] =
+        "INSERT INTO small(job, kind, bytes) VALUES(:number, :kind, :bytes) "
+        "ON CONFLICT(job, kind) DO UPDATE SET bytes = excluded.bytes",
     [SMALL] = "SELECT bytes FROM small WHERE job = :number AND kind = :kind",
     [DROP_SMALL] = "DELETE FROM small WHERE job = :number AND (kind = :kind OR :kind < 0)",
     [REMOVE_SMALL] =
         "DELETE FROM small WHERE job = :number OR job IN "
         "(SELECT number FROM jobs WHERE parent = :number AND parent > 0)",
-    [LOG] = "INSERT INTO log VALUES(:number, :time, :text)",
+    [LOG] = "INSERT INTO log(job, time, text) VALUES(:number, :time, :text)",
     [READ_LOG] =
-        "SELECT time, text FROM (SELECT rowid, time, text FROM log WHERE job = :number "
-        "ORDER BY rowid DESC LIMIT :limit) ORDER BY rowid",
-    [ADD_DATA] = "INSERT INTO data VALUES(:id, :type, :size, :created, :expires)",
-    [DATA] = "SELECT type, size, created, expires FROM data WHERE id = :id",
-    [DATA_BYTES] = "SELECT total(size) FROM data",
-    [RENEW_DATA] = "UPDATE data SET expires = max(expires, :expires) WHERE id = :id",
+        "SELECT time, text FROM (SELECT {line} AS line, time, text FROM log WHERE job = :number "
+        "ORDER BY {line} DESC LIMIT :limit) AS last ORDER BY line",
+    [ADD_DATA] =
+        "INSERT INTO data(id, type, size, created, expires, owner) VALUES(:id, :type, :size, "
+        ":created, :expires, :owner) ON CONFLICT(id) DO UPDATE SET expires = {greater "
+        "of}(data.expires, "
+        "excluded.expires)",
+    [DATA] = "SELECT type, size, created, expires, owner FROM data WHERE id = :id",
+    [DATA_BYTES] =
+        "SELECT CAST(coalesce(sum(size), 0) AS {long}) FROM data WHERE :owner = '' OR owner = "
+        ":owner",
+    [RENEW_DATA] = "UPDATE data SET expires = {greater of}(expires, :expires) WHERE id = :id",
     [DATA_PINNED] =
-        "SELECT 1 FROM pins JOIN jobs ON number = job WHERE data = :id AND state <= 1 LIMIT 1",
+        "SELECT 1 FROM pins JOIN jobs ON number = job WHERE pins.data = :id AND state <= 1 LIMIT 1",
     [DATA_EXPIRED] =
         "SELECT id FROM data WHERE expires <= :now AND NOT EXISTS(SELECT 1 FROM pins JOIN "
-        "jobs ON number = job WHERE data = data.id AND state <= 1) LIMIT 1",
+        "jobs ON number = job WHERE pins.data = data.id AND state <= 1) LIMIT 1",
     [DATA_FIRST_EXPIRY] = "SELECT min(expires) FROM data",
     [REMOVE_DATA] = "DELETE FROM data WHERE id = :id",
-    [PIN] = "INSERT INTO pins VALUES(:id, :number)",
+    [PIN] = "INSERT INTO pins(data, job) VALUES(:id, :number)",
     [UNPIN] = "DELETE FROM pins WHERE job = :number",
+    [SHIFT_JOBS] = "UPDATE jobs SET expires = expires + :by WHERE expires > 0",
+    [SHIFT_CALLS] = "UPDATE calls SET due = due + :by",
+    [SHIFT_DATA] = "UPDATE data SET expires = expires + :by",
 };
 
-static void add(store_text *q, const char *format, const char *a, const char *b) {
-  const int length = snprintf(q->text + q->used, sizeof q->text - q->used, format, a, b);
-  q->used += (size_t)length;
+static void add(store_text *q, const char *format, ...) __attribute__((format(printf, 2, 3)));
+static void add(store_text *q, const char *format, ...) {
+  va_list arguments;
+  va_start(arguments, format);
+  q->used += (size_t)vsnprintf(q->text + q->used, sizeof q->text - q->used, format, arguments);
+  va_end(arguments);
   if (q->used >= sizeof q->text) abort(); /* the tables above outgrew the room */
 }
 
-static const struct {
-  const char *mark, *format; /* name and type of a column */
-} marks[] = {
-    {"{columns}", "%s"}, {"{values}", "?"}, {"{settings}", "%s=?"}, {"{definitions}", "%s %s"}};
+/* ---- Parameters: numbered as they come ---- */
 
-/* The template with the lists of columns for its marks. */
-static void write_sql(const char *template, store_text *q) {
-  q->used = 0;
-  while (*template != '\0') {
-    size_t k = 0;
-    while (k < 4 && strncmp(template, marks[k].mark, strlen(marks[k].mark)) != 0) k++;
-    if (k == 4) {
-      add(q, "%.1s", template ++, "");
-      continue;
-    }
+static void add_place(dialect d, store_text *q, int place) {
+  add(q, d == DIALECT_SQLITE ? "?%d" : "$%d", place);
+}
+
+static bool is_name(const char *name, const char *text, size_t length) {
+  return strncmp(name, text, length) == 0 && name[length] == '\0';
+}
+
+static size_t add_name(dialect d, store_text *q, const char *text) {
+  store_names *n = &q->names;
+  const size_t length = 1 + strspn(text + 1, "abcdefghijklmnopqrstuvwxyz_");
+  int k = 0;
+  while (k < n->count && !is_name(n->named[k].name, text, length)) k++;
+  if (k == n->count) {
+    if (k == STORE_NAMES || length >= STORE_NAME) abort(); /* as above */
+    memcpy(n->named[k].name, text, length);
+    n->named[k].place = ++n->parameters;
+    n->count++;
+  }
+  add_place(d, q, n->named[k].place);
+  return length;
+}
+
+/* ---- Marks ---- */
+
+/* One column in a list of all of them. */
+typedef void writer(dialect d, store_text *q, const column *c);
+
+static void write_column(dialect d, store_text *q, const column *c) {
+  (void)d;
+  add(q, "\"%s\"", c->name);
+}
+
+static void write_value(dialect d, store_text *q, const column *c) {
+  (void)c;
+  add_place(d, q, ++q->names.parameters);
+}
+
+static void write_setting(dialect d, store_text *q, const column *c) {
+  add(q, "\"%s\"=", c->name);
+  add_place(d, q, ++q->names.parameters);
+}
+
+static void write_definition(dialect d, store_text *q, const column *c) {
+  add(q, "\"%s\" %s", c->name, types[d][c->kind]);
+}
+
+static const struct {
+  const char *mark;
+  writer *write;
+} lists[] = {{"{columns}", write_column},
+             {"{values}", write_value},
+             {"{settings}", write_setting},
+             {"{definitions}", write_definition}};
+
+static bool is_mark(const char *text, const char *mark) {
+  return strncmp(text, mark, strlen(mark)) == 0;
+}
+
+/* What stands for the mark at `text`; its length, 0 if there is none. */
+static size_t add_mark(dialect d, store_text *q, const char *text) {
+  for (size_t k = 0; k < sizeof words / sizeof *words; k++) {
+    if (!is_mark(text, words[k].mark)) continue;
+    add(q, "%s", words[k].word[d]);
+    return strlen(words[k].mark);
+  }
+  for (size_t k = 0; k < sizeof lists / sizeof *lists; k++) {
+    if (!is_mark(text, lists[k].mark)) continue;
     for (int c = 0; c < STORE_COLUMNS; c++) {
-      if (c > 0) add(q, ", ", "", "");
-      add(q, marks[k].format, store_columns[c].name, types[store_columns[c].kind]);
+      if (c > 0) add(q, ", ");
+      lists[k].write(d, q, &store_columns[c]);
     }
-    template += strlen(marks[k].mark);
+    return strlen(lists[k].mark);
+  }
+  return 0;
+}
+
+/* The template in a dialect. */
+static void write_sql(dialect d, const char *template, store_text *q) {
+  q->used = 0;
+  q->names = (store_names){0};
+  while (*template != '\0') {
+    const size_t length = *template == ':' ? add_name(d, q, template) : add_mark(d, q, template);
+    if (length == 0) add(q, "%c", *template);
+    template += length > 0 ? length : 1;
   }
 }
 
-void store_write_schema(store_text *q) {
-  write_sql(schema, q);
+void store_write_schema(dialect d, store_text *q) {
+  write_sql(d, schema, q);
 }
 
-void store_write_statement(statement k, store_text *q) {
-  write_sql(statements[k], q);
+void store_write_step(dialect d, int from, store_text *q) {
+  write_sql(d, steps[from], q);
+}
+
+void store_write_statement(dialect d, statement k, store_text *q) {
+  write_sql(d, statements[k], q);
 }

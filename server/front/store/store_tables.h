@@ -1,11 +1,14 @@
-/* store_tables.h - the tables of the store and all statements on them, as text. Test: unit.store.
+/* store_tables.h - the tables of the store and all statements on them, as text: one table of them,
+ * written in the words of SQLite or of PostgreSQL. Test: unit.store, unit.store_postgres.
  */
 #ifndef SCATTERD_STORE_TABLES_H
 #define SCATTERD_STORE_TABLES_H
 
 #include <stddef.h>
 
-enum { STORE_VERSION = 1 }; /* of the tables; PRAGMA user_version */
+enum { STORE_VERSION = 2 }; /* of the tables */
+
+typedef enum { DIALECT_SQLITE, DIALECT_POSTGRES, DIALECTS } dialect;
 
 typedef enum { TEXT, INT, LONG, REAL } kind;
 
@@ -16,7 +19,7 @@ typedef struct {
 } column;
 
 /* All of a job_row but its number, in the order in which statements name them. */
-enum { STORE_COLUMNS = 27 };
+enum { STORE_COLUMNS = 30 };
 extern const column store_columns[STORE_COLUMNS];
 
 typedef enum {
@@ -41,6 +44,7 @@ typedef enum {
   EXPIRED,
   FIRST_EXPIRY,
   PART_STATES,
+  JOB_BYTES,
   LIST,
   ADD_CALL,
   CALLS,
@@ -63,16 +67,33 @@ typedef enum {
   REMOVE_DATA,
   PIN,
   UNPIN,
+  SHIFT_JOBS,
+  SHIFT_CALLS,
+  SHIFT_DATA,
   STATEMENTS
 } statement;
 
+enum { STORE_NAMES = 14, STORE_NAME = 20 };
+
+/* The parameters of a statement: numbered from 1, those of a row first; some have names. */
+typedef struct {
+  int parameters, count;
+  struct {
+    char name[STORE_NAME]; /* with its colon */
+    int place;
+  } named[STORE_NAMES];
+} store_names;
+
 typedef struct {
   size_t used;
-  char text[4096];
+  char text[8192];
+  store_names names;
 } store_text;
 
-/* What makes the tables; a statement. */
-void store_write_schema(store_text *q);
-void store_write_statement(statement k, store_text *q);
+/* What makes the tables of STORE_VERSION; what makes version `from` + 1 of version `from`. */
+void store_write_schema(dialect d, store_text *q);
+void store_write_step(dialect d, int from, store_text *q);
+
+void store_write_statement(dialect d, statement k, store_text *q);
 
 #endif

@@ -1,0 +1,89 @@
+"""Faults on order: the other end of fault_shim.c.
+
+    faults = Faults()
+    server = daemon.Daemon(directory=faults.directory, environment=faults.environment)
+    faults.fail("write", errno.ENOSPC)             # from now on
+    faults.fail("sync", errno.EIO, after=3, times=1)   # the fourth one
+    faults.fail("memfd", errno.EMFILE, where="workers")
+    faults.set_clock(7200)
+    faults.kill_in("factor", times=2)
+    faults.clear()
+
+The kinds: write read sync rename open truncate unlink (of files in the data directory), memfd map
+fork pair accept watch. Without an errno (0) a write or read does half of what it should.
+"""
+
+import mmap
+import os
+import re
+import struct
+import subprocess
+import tempfile
+
+import daemon
+
+KINDS = ("write", "read", "sync", "rename", "open", "truncate", "unlink", "memfd", "map", "fork",
+         "pair", "accept", "watch")
+ORDER = struct.Struct("=qqqq")
+WHERE = {"front": 0, "workers": 1}
+CLOCK = 2 * len(KINDS) * ORDER.size
+SIZE = CLOCK + 8 + 8 + 32
+
+
+def sanitizer(program):
+    """The runtime that must be loaded before anything that is preloaded; "" without one."""
+    found = subprocess.run(["ldd", program], capture_output=True, text=True, check=True)
+    match = re.search(r"libasan\S* => (\S+)", found.stdout)
+    return match.group(1) if match else ""
+
+
+class Faults:
+    """A directory for a daemon, and what is to fail there."""
+
+    def __init__(self, stub=True, directory=None):
+        self.directory = directory or tempfile.mkdtemp(prefix="daemon-test-")
+        self.file, path = tempfile.mkstemp(prefix="faults-")
+        os.truncate(path, SIZE)
+        self.page = mmap.mmap(self.file, SIZE)
+        self.path = path
+        preload = [sanitizer(daemon.program(stub)), os.environ["SCATTERD_FAULT_SHIM"]]
+        self.environment = {"LD_PRELOAD": " ".join(preload).strip(), "SCATTERD_FAULTS": path,
+                            "SCATTERD_FAULTS_BELOW": self.directory}
+
+    def _place(self, kind, where):
+        return (WHERE[where] * len(KINDS) + KINDS.index(kind)) * ORDER.size
+
+    def fail(self, kind, error, after=0, times=-1, where="front"):
+        """After `after` more calls `times` of them fail with this errno; -1: until clear()."""
+        place = self._place(kind, where)
+        ORDER.pack_into(self.page, place, after, 0, error, 0)
+        struct.pack_into("=q", self.page, place + 8, times)  # last: it begins with this
+
+    def hits(self, kind, where="front"):
+        """How many calls have failed since they were ordered to."""
+        return ORDER.unpack_from(self.page, self._place(kind, where))[3]
+
+    def set_clock(self, seconds):
+        """The daemon's time of day is that much ahead of ours."""
+        struct.pack_into("=d", self.page, CLOCK, seconds)
+
+    def kill_in(self, phase, times=1):
+        """So many workers die where they begin this phase; "fetch", "keep", "checkpoint": once they
+        have asked for that; "reply": just before it."""
+        struct.pack_into("=q32s", self.page, CLOCK + 8, times, phase.encode())
+
+    def kills_left(self):
+        return struct.unpack_from("=q", self.page, CLOCK + 8)[0]
+
+    def clear(self):
+        """Nothing fails any more; the clock stays."""
+        for kind in KINDS:
+            for where in WHERE:
+                struct.pack_into("=q", self.page, self._place(kind, where) + 8, 0)
+        self.kill_in("", 0)
+
+    def close(self):
+        os.close(self.file)
+        os.unlink(self.path)
+
+

@@ -1,0 +1,196 @@
+#!/usr/bin/env python3
+"""http.clock: somebody sets the time of day by hours, forward and back. Nothing expires that has
+time left, what has none goes, nothing hangs, deadlines and waits keep their length."""
+
+import http.server
+import shutil
+import signal
+import sys
+import threading
+import time
+import unittest
+
+sys.dont_write_bytecode = True
+import daemon  # noqa: E402
+import faults as ordered  # noqa: E402
+
+HOURS = 3600
+STEPS = (3 * HOURS, -5 * HOURS)
+
+
+class Case(unittest.TestCase):
+    def setUp(self):
+        self.faults = ordered.Faults()
+        self.addCleanup(self.faults.close)
+        self.addCleanup(shutil.rmtree, self.faults.directory, True)
+
+    def start(self, *options):
+        server = daemon.Daemon("--workers", "2", "--reuse-results", "0", *options,
+                               directory=self.faults.directory, environment=self.faults.environment)
+        self.addCleanup(lambda: server.process.poll() is None and server.stop())
+        server.wait_ready()
+        return server
+
+    def submit(self, server, body):
+        reply = server.request("POST", daemon.EXECUTE, body,
+                               {"Content-Type": "application/json", "Prefer": "respond-async"})
+        self.assertEqual(reply.status, 201, reply.body)
+        return reply.json["jobID"]
+
+    def end_of(self, server, job):
+        return server.request("GET", f"/jobs/{job}", headers={"Prefer": "wait=30"}).json
+
+    def upload(self, server, body):
+        reply = server.request("POST", "/data", body, {"Content-Type": "application/json"})
+        self.assertIn(reply.status, (200, 201), reply.body)
+        return "/data/" + reply.headers["Location"].rsplit("/", 1)[1]
+
+
+class Expiry(Case):
+    def test_what_has_time_left_stays(self):
+        options = ("--result-seconds", str(HOURS), "--data-seconds", str(HOURS))
+        server = self.start(*options)
+        job, data = self.submit(server, "stays"), self.upload(server, "[1, 2]")
+        self.assertEqual(self.end_of(server, job)["status"], "successful")
+        clock = 0
+        for step in STEPS:
+            clock += step
+            self.faults.set_clock(clock)
+            self.assertEqual(server.request("GET", data).status, 200)
+            self.assertEqual(server.request("GET", f"/jobs/{job}/results").body, b"stays")
+            server.wait_for_log(f"event=clock .*by {step} s")
+            server.stop(signal.SIGKILL, keep=True)
+            server = self.start(*options)
+            self.assertEqual(server.request("GET", data).status, 200)
+            self.assertEqual(server.request("GET", f"/jobs/{job}/results").body, b"stays")
+        self.assertEqual(server.stop(keep=True), 0)
+
+    def test_what_has_none_left_goes(self):
+        for clock in STEPS:
+            with self.subTest(clock=clock):
+                self.faults.set_clock(0)
+                server = self.start("--result-seconds", "3", "--data-seconds", "3")
+                job, data = self.submit(server, "goes"), self.upload(server, "[3, 4]")
+                self.assertEqual(self.end_of(server, job)["status"], "successful")
+                self.faults.set_clock(clock)
+                daemon.wait_until(lambda: server.request("GET", f"/jobs/{job}").status == 404,
+                                  "the end of a result")
+                daemon.wait_until(lambda: server.request("GET", data).status == 404,
+                                  "the end of an upload")
+                self.assertEqual(server.stop(keep=True), 0)
+
+    def test_while_the_disk_is_full(self):
+        server = self.start("--result-seconds", str(HOURS))
+        job = self.submit(server, "stays")
+        self.end_of(server, job)
+        self.faults.fail("write", 28)
+        self.faults.set_clock(3 * HOURS)
+        time.sleep(1.5)
+        self.assertEqual(server.request("GET", "/healthz").status, 200)
+        self.faults.clear()
+        daemon.wait_until(lambda: any("event=clock" in line for line in server.log), "the shift")
+        self.assertEqual(server.request("GET", f"/jobs/{job}/results").body, b"stays")
+        self.assertEqual(server.stop(keep=True), 0)
+
+
+class Waiting(Case):
+    def test_jobs_and_those_who_watch(self):
+        server = self.start("--heartbeat-seconds", "0.5")
+        for step in STEPS:
+            with self.subTest(step=step):
+                self.faults.set_clock(0)
+                job = self.submit(server, "phase half 0.5 3")
+                connection = server.connect()
+                self.addCleanup(connection.close)
+                connection.request("GET", f"/jobs/{job}/events")
+                stream = connection.getresponse()
+                while b"half" not in stream.readline():
+                    pass
+                self.faults.set_clock(step)
+                rest = stream.read().decode()
+                ids = [int(line.split(":")[1]) for line in rest.splitlines()
+                       if line.startswith("id:")]
+                self.assertEqual(ids, sorted(ids))
+                self.assertIn("successful", rest)
+                again = server.request("GET", f"/jobs/{job}/events",
+                                       headers={"Last-Event-ID": "1"})
+                self.assertIn(b"successful", again.body)
+                info = self.end_of(server, job)
+                self.assertLessEqual(info["created"], info["updated"])
+                self.assertLessEqual(info["started"], info["finished"])
+
+    def test_a_client_that_returns_after_a_step_back(self):
+        server = self.start()
+        job = self.submit(server, "phase half 0.5 1.5")
+        connection = server.connect()
+        self.addCleanup(connection.close)
+        connection.request("GET", f"/jobs/{job}/events")
+        stream = connection.getresponse()
+        last = None
+        while last is None or b"half" not in line:
+            line = stream.readline()
+            if line.startswith(b"id:"):
+                last = line.split(b":")[1].strip().decode()
+        connection.close()
+        self.faults.set_clock(-5 * HOURS)
+        self.end_of(server, job)
+        reply = server.request("GET", f"/jobs/{job}/events", headers={"Last-Event-ID": last})
+        self.assertIn(b"successful", reply.body)
+
+    def test_waits_and_deadlines_keep_their_length(self):
+        server = self.start("--seconds", "2", "--receive-seconds", "2", "--idle-seconds", "60")
+        job = self.submit(server, "sleep 30")
+        for step in (*STEPS, 0):
+            with self.subTest(step=step):
+                kept = server.connect()
+                self.addCleanup(kept.close)
+                kept.request("GET", "/healthz")
+                kept.getresponse().read()
+                timer = threading.Timer(0.5, self.faults.set_clock, (step,))
+                timer.start()
+                began = time.monotonic()
+                info = server.request("GET", f"/jobs/{job}", headers={"Prefer": "wait=2"}).json
+                self.assertEqual(info["status"], "running")
+                self.assertGreater(time.monotonic() - began, 1.9)
+                began = time.monotonic()
+                reply = server.request("POST", daemon.EXECUTE, "sleep 60",
+                                       {"Content-Type": "application/json"})
+                self.assertEqual(reply.status, 504, reply.body)
+                self.assertGreater(time.monotonic() - began, 1.9)
+                kept.request("GET", "/healthz")  # idle, but not for hours
+                self.assertEqual(kept.getresponse().status, 200)
+                timer.join()
+        self.assertEqual(server.request("DELETE", f"/jobs/{job}").status, 200)
+
+    def test_a_subscriber_is_called_again(self):
+        calls = []
+
+        class Subscriber(http.server.BaseHTTPRequestHandler):
+            def do_POST(self):
+                self.rfile.read(int(self.headers["Content-Length"]))
+                calls.append(time.monotonic())
+                self.send_response(503 if len(calls) == 1 else 204)
+                self.end_headers()
+
+            def log_message(self, *_):
+                pass
+
+        host = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Subscriber)
+        threading.Thread(target=host.serve_forever, daemon=True).start()
+        self.addCleanup(host.server_close)
+        self.addCleanup(host.shutdown)
+        address = f"127.0.0.1:{host.server_port}"
+        server = self.start("--callback-hosts", address)
+        for step in STEPS:
+            with self.subTest(step=step):
+                calls.clear()
+                self.faults.set_clock(0)
+                server.request("GET", "/healthz")
+                self.submit(server, f"call http://{address}/{step}")
+                daemon.wait_until(lambda: len(calls) == 1, "the first call")
+                self.faults.set_clock(step)
+                daemon.wait_until(lambda: len(calls) == 2, "the second call")
+
+
+if __name__ == "__main__":
+    unittest.main()
