@@ -156,6 +156,10 @@ const char *pool_owner(const pool_task *task) {
   return task->ask.owner;
 }
 
+const char *pool_owner(const pool_task *task) {
+  return task->ask.owner;
+}
+
 void pool_on_room(pool *p, void (*room)(void *self), void *self) {
   p->room = room;
   p->room_self = self;
@@ -179,6 +183,14 @@ int pool_tasks(const pool *p) {
 int pool_tasks_of(const pool *p, const char *owner) {
   (void)owner;
   return pool_tasks(p);
+}
+
+int pool_tasks_of(const pool *p, const char *owner) {
+  int count = 0;
+  for (const pool_task *t = p->first; t != NULL; t = t->next) {
+    count += strcmp(t->ask.owner, owner) == 0;
+  }
+  return count;
 }
 
 int pool_waiting(const pool *p) {
