@@ -156,10 +156,6 @@ const char *pool_owner(const pool_task *task) {
   return task->ask.owner;
 }
 
-const char *pool_owner(const pool_task *task) {
-  return task->ask.owner;
-}
-
 void pool_on_room(pool *p, void (*room)(void *self), void *self) {
   p->room = room;
   p->room_self = self;
@@ -180,11 +176,6 @@ int pool_tasks(const pool *p) {
 }
 
 /* There is one owner, nobody. */
-int pool_tasks_of(const pool *p, const char *owner) {
-  (void)owner;
-  return pool_tasks(p);
-}
-
 int pool_tasks_of(const pool *p, const char *owner) {
   int count = 0;
   for (const pool_task *t = p->first; t != NULL; t = t->next) {
