@@ -180,11 +180,11 @@ static const doc *value_of(task *t, const item *at) {
   return e->value;
 }
 
-/* {"href": text} and nothing but what a link has beside it. */
+/* {"href": ...} and nothing but what a link has beside it. */
 static bool is_link(const doc *d) {
   static const char *const members[] = {"href", "type", "rel", "title", "hreflang", NULL};
   const doc *href = doc_member(d, "href");
-  if (!href || href->kind != DOC_TEXT) return false;
+  if (!href) return false;
   for (const doc *m = d->child; m; m = m->next) {
     int k = 0;
     while (members[k] && strcmp(members[k], m->key)) k++;
