@@ -317,15 +317,22 @@ class Bare:
 
     def __init__(self):
         listener = socket.create_server(("127.0.0.1", 0), backlog=1024)
+        listener.settimeout(1)
         self.port = listener.getsockname()[1]
+        self.parent = os.getpid()
         self.pid = os.fork()
         if self.pid == 0:
-            while True:
-                plain = listener.accept()[0]
-                plain.recv(65536)
-                plain.sendall(b"HTTP/1.1 503 Bare\r\n\r\n")
-                plain.close()
+            self.serve(listener)
+            os._exit(0)
         listener.close()
+
+    def serve(self, listener):
+        while os.getppid() == self.parent:
+            with contextlib.suppress(OSError):  # nobody came, or has gone
+                plain = listener.accept()[0]
+                with plain:
+                    plain.recv(65536)
+                    plain.sendall(b"HTTP/1.1 503 Bare\r\n\r\n")
 
     def raw(self):
         return socket.create_connection(("127.0.0.1", self.port), 60)
