@@ -25,6 +25,9 @@
 /* The whole process that runs the request (bytes). */
 int64_t estimate_run(const task *t, const performance *f);
 
+/* All processes that share a run: each has its share of it, and all of the fields (bytes). */
+int64_t estimate_shared(const task *t, int64_t run, int64_t processes);
+
 /* Parts, for the `memory` of a process (bytes), as above. */
 int64_t estimate_points(int dim, int64_t n, const sct_operator *op);
 int64_t estimate_matrix(int dim, int64_t n, const sct_operator *op);
@@ -34,6 +37,8 @@ int64_t estimate_limited(int dim, int64_t n, const sct_operator *op); /* 0 with 
 /* What solves the system: factors, or the iterative solver where these options mean it. */
 int64_t estimate_solver(int dim, int64_t n, const sct_operator *op,
                         const sct_solve_options *options);
+
+int64_t estimate_iteration(int dim, int64_t n, const sct_operator *op); /* iterative, always */
 
 /* Neighbours of a point of a lattice within the radius of the operator. */
 double estimate_neighbours(int dim, double radius);

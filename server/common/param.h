@@ -29,8 +29,12 @@ typedef struct {
   char tls_key[PARAM_TEXT];
   int64_t log_level; /* log_level of log.h */
   int64_t workers;
-  int64_t recycle; /* requests */
-  int64_t queue;   /* requests */
+  int64_t recycle;  /* requests */
+  int64_t executor; /* place in the list of its unit: local, mpi, slurm */
+  int64_t executor_jobs;
+  char mpiexec[PARAM_TEXT];
+  char sbatch[PARAM_TEXT];
+  int64_t queue; /* requests */
   int64_t connections;
   int64_t job_bytes;  /* of requests and results of all jobs */
   int64_t data_bytes; /* of all objects under /data */

@@ -33,7 +33,7 @@ import postgres
 
 EXECUTE = "/processes/solve/execution"
 # what a data directory always holds
-STORE = {"lock", "jobs", "jobs.db", "jobs.db-shm", "jobs.db-wal", "data"}
+STORE = {"lock", "jobs", "jobs.db", "jobs.db-shm", "jobs.db-wal", "data", "runs"}
 PATIENCE = 30  # seconds that anything may take on a busy machine
 
 

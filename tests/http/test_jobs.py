@@ -288,6 +288,7 @@ class Watching(Jobs):
         for known in (tag, f'"other", {tag}', f"W/{tag}", "*"):
             again = self.get(f"/jobs/{job}", If_None_Match=known)
             self.assertEqual((again.status, again.body), (304, b""))
+            self.assertEqual(again.headers["Content-Length"], str(len(reply.body)))
         self.assertEqual(self.get(f"/jobs/{job}", If_None_Match='"other"').status, 200)
         self.assertEqual(self.get(f"/jobs/{job}", If_None_Match=tag, Prefer="wait=5").status, 304)
 

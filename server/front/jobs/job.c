@@ -245,6 +245,12 @@ int64_t jobs_most_memory(const jobs *j) {
   return worker < j->budget ? worker : j->budget;
 }
 
+/* What one process may have the check of the request has looked at. */
+int64_t jobs_most_memory_of(const jobs *j, const char *process, int64_t points) {
+  if (!executor_takes(j->executor, process, points)) return jobs_most_memory(j);
+  return executor_is_here(j->executor) ? j->budget : INT64_MAX;
+}
+
 job_counts jobs_counts(const jobs *j) {
   job_counts counts = j->counts;
   counts.waiting = waiting(j);

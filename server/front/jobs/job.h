@@ -8,6 +8,7 @@
 #define SCATTERD_JOB_H
 
 #include "allowance.h"
+#include "executor.h"
 #include "job_row.h"
 #include "loop.h"
 #include "param.h"
@@ -19,9 +20,9 @@ typedef struct job job; /* one that is not over; job_inner.h */
 
 /* Takes up what the last daemon left: what was running waits again, or has failed if it was tried
  * often enough. NULL with *why. */
-jobs *jobs_new(loop *l, const parameters *set, pool *p, store *s, fault *why);
+jobs *jobs_new(loop *l, const parameters *set, pool *p, executor *x, store *s, fault *why);
 
-/* After pool_stop: stores what is to be stored. */
+/* After pool_stop and executor_stop: stores what is to be stored. */
 void jobs_free(jobs **j);
 
 /* ---- Accepting ---- */
@@ -68,8 +69,9 @@ typedef struct {
 } job_owners;
 void jobs_on_owners(jobs *j, const job_owners *owners);
 
-/* Most memory (bytes) that one job may be estimated to need. */
+/* Most memory (bytes) that one job may be estimated to need, on a worker or by the executor. */
 int64_t jobs_most_memory(const jobs *j);
+int64_t jobs_most_memory_of(const jobs *j, const char *process, int64_t points);
 
 /* ---- Looking ---- */
 

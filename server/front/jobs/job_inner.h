@@ -30,7 +30,9 @@ struct job {
   job_row row;
   jobs *all;
   queue_node node;      /* while it waits */
-  pool_task *task;      /* while it runs */
+  pool_task *task;      /* while it runs on a worker */
+  executor_run *run;    /* while the executor has it, which may let it wait */
+  bool is_for_worker;   /* the executor cannot run it */
   int body, checkpoint; /* descriptors while it runs */
   double seconds;       /* that its run may take */
   double fraction;      /* of the work, never falls within a run */
@@ -67,6 +69,7 @@ struct jobs {
   loop *loop;
   const parameters *set;
   pool *pool;
+  executor *executor;
   store *store;
   void *by_id;     /* tsearch */
   job_tally tally; /* of those in memory, batches by their parts */
@@ -117,7 +120,8 @@ void job_advance(job *c, double fraction);
 void job_part_ended(job *part); /* its batch is told; once it is stored */
 void job_end_batch(job *batch); /* all its parts have ended */
 bool job_enqueue(job *c, bool first);
-void job_stop(job *c); /* off the queue or off its worker */
+void job_stop(job *c);  /* off the queue, off its worker or its executor */
+bool job_adopt(job *c); /* from the executor, which still has it */
 
 /* job_recover.c */
 void job_wait_again(job *c);  /* its run ended with a daemon */

@@ -41,6 +41,7 @@ bool job_count_parts(job *c) {
 
 void job_wait_again(job *c) {
   const jobs *j = c->all;
+  if (job_adopt(c)) return;
   if (c->row.state == JOB_RUNNING && c->row.attempts >= j->set->job_attempts) {
     job_fail(c, 500, "the service ended in each of %d attempts (limit: job-attempts)",
              c->row.attempts);
@@ -85,6 +86,12 @@ static bool wanted(void *context, const char *name) {
   return job_state_is_final((job_state)row.state) == is_result;
 }
 
+/* Is a run of a job that is not over? */
+static bool is_active(void *context, const char *name) {
+  const job *c = job_find(context, name);
+  return c != NULL && !job_state_is_final((job_state)c->row.state);
+}
+
 bool jobs_recover(jobs *j, fault *why) {
   recovery r = {.jobs = j};
   if (j->shared != NULL) return true; /* others may be at work */
@@ -92,6 +99,7 @@ bool jobs_recover(jobs *j, fault *why) {
     return fault_set(why, "data-dir: the jobs cannot be read");
   }
   keep_sweep(store_files(j->store), wanted, j);
+  executor_sweep(j->executor, is_active, j);
   j->expiry = store_first_expiry(j->store);
   if (r.count > 0) log_say(LOG_INFO, "recovered", "%d jobs wait again", r.count);
   return true;
@@ -166,10 +174,11 @@ static int64_t budget_of(const parameters *set) {
   return (int64_t)sysconf(_SC_PHYS_PAGES) / 4 * 3 * sysconf(_SC_PAGESIZE);
 }
 
-jobs *jobs_new(loop *l, const parameters *set, pool *p, store *s, fault *why) {
+jobs *jobs_new(loop *l, const parameters *set, pool *p, executor *x, store *s, fault *why) {
   jobs *j = calloc(1, sizeof *j);
   if (j == NULL) goto failed;
-  *j = (jobs){.loop = l, .set = set, .pool = p, .store = s, .queue = job_queue_new()};
+  *j =
+      (jobs){.loop = l, .set = set, .pool = p, .executor = x, .store = s, .queue = job_queue_new()};
   j->last_changed = &j->changed;
   j->expiry = j->pause = INFINITY;
   j->budget = budget_of(set);
@@ -185,6 +194,7 @@ jobs *jobs_new(loop *l, const parameters *set, pool *p, store *s, fault *why) {
   }
   loop_add(l, (loop_chore){due, run, j});
   pool_on_room(p, jobs_schedule, j);
+  executor_on_room(x, jobs_schedule, j);
   return j;
 failed:
   fault_set(why, "out of memory");
@@ -211,6 +221,7 @@ void jobs_free(jobs **j) {
     jobs_flush(*j);
   }
   pool_on_room((*j)->pool, NULL, NULL);
+  executor_on_room((*j)->executor, NULL, NULL);
   job_shared_free(&(*j)->shared);
   free_all(*j);
   job_queue_free(&(*j)->queue);

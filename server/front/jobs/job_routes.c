@@ -44,7 +44,8 @@ static void reply_status(status_task *t, const job_view *view) {
   exchange_add(t->x, "ETag", "%s", tag);
   exchange_add(t->x, "Cache-Control", "no-cache");
   if (knows(t, tag)) {
-    exchange_bytes(t->x, 304, media_type(MEDIA_JSON), bytes, 0);
+    free(bytes);
+    exchange_unchanged(t->x, size);
   } else {
     exchange_bytes(t->x, 200, media_type(MEDIA_JSON), bytes, size);
   }
