@@ -326,7 +326,7 @@ class Losses(Case):
         """All that was accepted was successful, once, with its own result."""
         accepted = {job: body for client in clients for job, body in client.accepted.items()}
         print(f"{len(accepted)} jobs accepted, {sum(c.refused for c in clients)} refused")
-        self.assertGreater(len(accepted), 10)
+        self.assertGreater(len(accepted), 3)
         for job, body in accepted.items():
             info = self.status(at, job, wait=30)
             self.assertEqual(info.get("status"), "successful", info)

@@ -1,4 +1,4 @@
-#include "job_shared.h"
+#include "job_shared_inner.h"
 
 #include <math.h>
 #include <search.h>
@@ -19,151 +19,6 @@ static const double count_seconds = 0.1; /* between counts of what waits while t
 static const double old_seconds = 60; /* a job that waits longer is taken even if it needs to wait
                                        * for memory here */
 static const double beats = 5, burials = 3; /* per lease */
-
-struct job_shared {
-  jobs *all;
-  char id[JOB_HOLDER];
-  loop_source source;
-  int generation;            /* of the connection whose descriptor is watched */
-  double tick, beat, burial; /* when they are due, by loop_now */
-  bool more;                 /* there may be jobs to take */
-  int64_t waiting;
-  double counted; /* when it was, by loop_now */
-  unsigned round; /* of looks at what is ours */
-};
-
-static bool is_over(const job_row *row) {
-  return job_state_is_final((job_state)row->state);
-}
-
-/* ---- In memory ---- */
-
-static bool is_needed(const job *c) {
-  return !c->elsewhere || c->changed || c->watches != NULL || c->members > 0;
-}
-
-static void drop_unneeded(job *c) {
-  if (!is_needed(c)) job_free(c);
-}
-
-static void put_elsewhere(job *c) {
-  c->elsewhere = true;
-  *c->row.holder = *c->held = '\0';
-}
-
-/* A job that is not ours, as it was read. NULL when out of memory. */
-static job *mirror(jobs *j, const job_row *row) {
-  job *c = job_find(j, row->id);
-  if (c != NULL) return c;
-  c = job_new(j, row);
-  if (c != NULL) c->elsewhere = true;
-  return c;
-}
-
-/* The batch of a part is in memory as long as the part is. */
-static bool attach(job *c) {
-  job_row row;
-  jobs *j = c->all;
-  if (c->row.parent == 0 || c->batch != NULL) return true;
-  if (store_job_number(j->store, c->row.parent, &row) != STORE_OK) return false;
-  c->batch = mirror(j, &row);
-  if (c->batch == NULL) return false;
-  c->batch->members++;
-  return true;
-}
-
-/* A job that the store says is ours, in memory; NULL if that cannot be: then it is found again with
- * the next look. */
-static job *take_up(job_shared *h, const job_row *row) {
-  job *c = mirror(h->all, row);
-  if (c == NULL) return NULL;
-  c->row = *row;
-  snprintf(c->row.holder, sizeof c->row.holder, "%s", h->id);
-  snprintf(c->held, sizeof c->held, "%s", h->id);
-  c->elsewhere = false;
-  c->round = h->round;
-  c->fraction = 0;
-  if (attach(c)) return c;
-  put_elsewhere(c);
-  drop_unneeded(c);
-  return NULL;
-}
-
-/* ---- Jobs that are elsewhere ---- */
-
-void job_shared_fill(jobs *j, job_row *row) {
-  if (row->parts == 0 || is_over(row)) return;
-  row->progress = (int)fmin(99, floor(store_part_progress(j->store, row->number)));
-}
-
-/* Shows everybody who watches what has changed. What is over is gone after this, false. */
-static bool renew(job *c, const job_row *now) {
-  const job_row was = c->row;
-  c->row = *now;
-  job_shared_fill(c->all, &c->row);
-  if (was.state != now->state) {
-    job_tell(c, JOB_EVENT_STATUS);
-  } else if (strcmp(was.phase, now->phase) != 0) {
-    job_tell(c, JOB_EVENT_PHASE);
-  } else if (was.residual != now->residual) {
-    job_tell(c, JOB_EVENT_RESIDUAL);
-  } else if (was.progress != c->row.progress || c->row.parts > 0) { /* a part may have ended */
-    job_tell(c, JOB_EVENT_PROGRESS);
-  }
-  if (!is_over(now)) return true;
-  drop_unneeded(c);
-  return false;
-}
-
-/* Its row is gone, which only a job that is over can be. */
-static void renew_as_gone(job *c) {
-  job_row row = c->row;
-  row.state = JOB_DISMISSED;
-  row.updated = unix_now();
-  snprintf(row.message, sizeof row.message, "dismissed");
-  (void)renew(c, &row);
-}
-
-static void read_again(job *c) {
-  job_row row;
-  const store_result result = store_job(c->all->store, c->row.id, &row);
-  if (result == STORE_OK) {
-    (void)renew(c, &row);
-  } else if (result == STORE_NONE) {
-    renew_as_gone(c);
-  }
-}
-
-void job_shared_lose(job *c) {
-  log_say(LOG_INFO, "lost", "job %s is not of this daemon any more", c->row.id);
-  job_stop(c);
-  job_files_clear(c);
-  free(c->problem);
-  c->problem = NULL;
-  put_elsewhere(c);
-  read_again(c);
-}
-
-job *job_shared_look(jobs *j, const job_row *row) {
-  job *c = job_find(j, row->id);
-  if (c != NULL && !c->elsewhere) return is_over(row) && !c->changed ? NULL : c;
-  if (c != NULL) return renew(c, row) ? c : NULL;
-  if (is_over(row)) return NULL;
-  c = mirror(j, row);
-  if (c != NULL) job_shared_fill(j, &c->row);
-  return c;
-}
-
-/* Somebody changed it: is it still ours, what has become of it? */
-static void check(job *c, const char *id) {
-  job_row row;
-  if (c->elsewhere) {
-    read_again(c);
-  } else if (!c->changed && store_job(c->all->store, c->row.id, &row) == STORE_OK &&
-             strcmp(row.holder, id) != 0) {
-    job_shared_lose(c);
-  }
-}
 
 /* ---- Storing ---- */
 
@@ -207,11 +62,11 @@ store_result job_shared_tell(job_shared *h, const job *first) {
 
 void job_shared_settle(job *c) {
   job *batch = c->batch;
-  if (batch != NULL && batch->elsewhere && batch->watches != NULL) read_again(batch);
+  if (batch != NULL && batch->elsewhere && batch->watches != NULL) job_read_again(batch);
   if (*c->row.holder != '\0') return;
   if (c->row.state == JOB_ACCEPTED) job_shared_more(c->all->shared, 0);
-  put_elsewhere(c);
-  drop_unneeded(c);
+  job_put_elsewhere(c);
+  job_drop_unneeded(c);
 }
 
 void job_shared_release(job *c) {
@@ -224,7 +79,7 @@ void job_shared_release(job *c) {
     c->parts = part->sibling;
     job_free(part);
   }
-  if (!is_over(&c->row)) put_elsewhere(c);
+  if (!job_row_is_over(&c->row)) job_put_elsewhere(c);
 }
 
 /* ---- Queue ---- */
@@ -257,97 +112,8 @@ bool job_shared_take(job_shared *h) {
   h->more = result == STORE_OK; /* what failed is tried again with the next tick */
   if (result != STORE_OK) return false;
   if (h->waiting > 0) h->waiting--;
-  job *c = take_up(h, &row);
+  job *c = job_take_up(h, &row);
   return c != NULL && job_enqueue(c, false);
-}
-
-/* ---- Batches ---- */
-
-static bool claim(job *batch) {
-  job_shared *h = batch->all->shared;
-  if (!batch->elsewhere) return false; /* about to be stored */
-  if (store_claim(h->all->store, h->id, &batch->row) != STORE_OK) return false;
-  snprintf(batch->held, sizeof batch->held, "%s", h->id);
-  batch->elsewhere = false;
-  return true;
-}
-
-void job_shared_begin_batch(job *batch) {
-  if (batch->row.state != JOB_ACCEPTED || !claim(batch)) return;
-  job_become(batch, JOB_RUNNING, "runs, %d parts", batch->row.parts);
-}
-
-/* Gives back what turned out not to be over. */
-static void give_back(job *c) {
-  job_row row = c->row;
-  *row.holder = '\0';
-  (void)store_update(c->all->store, &row, c->held, NULL, 0);
-  put_elsewhere(c);
-  drop_unneeded(c);
-}
-
-static void end_batch(jobs *j, const job_row *row) {
-  job *batch = mirror(j, row);
-  if (batch == NULL || !batch->elsewhere) return;
-  batch->row = *row;
-  if (!claim(batch)) return;
-  (void)job_count_parts(batch);
-  if (!batch->changed) give_back(batch);
-}
-
-void job_shared_part_ended(job *part) {
-  job_row row;
-  jobs *j = part->all;
-  if (part->row.parent == 0 || store_has_active_part(j->store, part->row.parent)) return;
-  if (store_job_number(j->store, part->row.parent, &row) != STORE_OK || is_over(&row)) return;
-  end_batch(j, &row);
-}
-
-/* ---- Dismissing ---- */
-
-static job_row dismissed(const jobs *j, const job_row *row) {
-  job_row next = *row;
-  next.state = JOB_DISMISSED;
-  next.updated = unix_now();
-  *next.holder = '\0';
-  snprintf(next.message, sizeof next.message, "dismissed");
-  if (is_over(row)) return next;
-  next.finished = next.updated;
-  if (next.parent == 0) next.expires = next.finished + j->set->result_seconds;
-  return next;
-}
-
-static store_result write_dismissed(store *s, const job_row *row, const char *held) {
-  const bool is_batch = row->parts > 0;
-  store_result result = store_begin(s);
-  if (result == STORE_OK) result = store_update(s, row, held, NULL, 0);
-  if (result == STORE_OK && is_batch) result = store_dismiss_parts(s, row->number, row->updated);
-  if (result == STORE_OK) result = store_drop_small(s, row->number, -1);
-  if (result == STORE_OK) result = store_drop_large(s, row->id, 0, JOB_FILES);
-  if (result == STORE_OK) result = store_log(s, row->number, row->updated, "dismissed");
-  if (result == STORE_OK) result = store_tell(s, is_batch ? "*" : row->id);
-  if (result == STORE_OK) result = store_commit(s);
-  if (result != STORE_OK) store_rollback(s);
-  return result;
-}
-
-/* It is written whoever has it, who then loses it; only what changed hands meanwhile is read again.
- */
-store_result job_shared_dismiss(jobs *j, const job_row *row, job_view *view) {
-  job_shared *h = j->shared;
-  job_row was = *row, next;
-  store_result result = STORE_NONE;
-  for (int k = 0; k < 5 && result == STORE_NONE; k++) {
-    if (k > 0 && (result = store_job(j->store, row->id, &was)) != STORE_OK) break;
-    next = dismissed(j, &was);
-    result = was.state == JOB_DISMISSED ? STORE_OK : write_dismissed(j->store, &next, was.holder);
-  }
-  *view = (job_view){.row = next};
-  job *c = result == STORE_OK ? job_find(j, row->id) : NULL;
-  if (c != NULL) check(c, h->id);
-  if (next.parts > 0) h->tick = 0;
-  h->counted = 0;
-  return result == STORE_NONE ? STORE_FAILED : result;
 }
 
 /* ---- What is ours ---- */
@@ -375,10 +141,10 @@ static bool note_held(void *context, const job_row *row) {
 
 /* A job that a dead daemon had, or that this one took without hearing so. */
 static void adopt(job_shared *h, const job_row *row) {
-  job *c = take_up(h, row);
+  job *c = job_take_up(h, row);
   if (c == NULL) return;
   if (row->parts > 0) {
-    give_back(c);
+    job_give_back(c);
   } else if (row->state == JOB_ACCEPTED) {
     (void)job_enqueue(c, false);
   } else {
@@ -436,12 +202,12 @@ static void look_at_memory(job_shared *h) {
   for (size_t k = 0; id != NULL && k < l.count && store_is_up(j->store); k++) {
     job *c = job_find(j, id[k]);
     if (c == NULL) continue;
-    if (!is_needed(c)) {
+    if (!job_is_needed(c)) {
       job_free(c);
     } else if (is_lost(h, c)) {
       job_shared_lose(c);
     } else if (c->elsewhere && c->watches != NULL) {
-      read_again(c);
+      job_read_again(c);
     } else if (has_progress(c) && tell_progress(c)) {
       (void)add_notice(h, &n, c->row.id);
       if (c->batch != NULL) (void)add_notice(h, &n, c->batch->row.id);
@@ -491,7 +257,7 @@ static void look_for_done_batches(job_shared *h) {
   rows *r = calloc(1, sizeof *r);
   if (r == NULL) return;
   (void)store_done_batches(h->all->store, note_done, r);
-  for (int k = 0; k < r->count; k++) end_batch(h->all, &r->row[k]);
+  for (int k = 0; k < r->count; k++) job_end_done_batch(h->all, &r->row[k]);
   free(r);
 }
 
@@ -511,7 +277,7 @@ static void hear_word(job_shared *h, const char *word) {
   job *c = strlen(word) == JOB_ID - 1 ? job_find(h->all, word) : NULL;
   if (*word == '+') h->more = true;
   if (*word == '*') h->tick = 0;
-  if (c != NULL) check(c, h->id);
+  if (c != NULL) job_check(c, h->id);
 }
 
 static void hear(job_shared *h) {

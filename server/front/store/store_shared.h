@@ -4,7 +4,7 @@
  * A daemon is known by its holder id, which is in the row of every job that it has taken. It beats;
  * one that has not for `lease` seconds, by the database's clock, has nothing any more. A job is
  * changed only by its holder, which is checked with every change, or by whoever dismisses it.
- * Test: unit.store_postgres, http.daemons.
+ * Test: unit.store.postgres, http.daemons.
  */
 #ifndef SCATTERD_STORE_SHARED_H
 #define SCATTERD_STORE_SHARED_H

@@ -1,6 +1,6 @@
 /* store_sql.h - a database with its statements, as the files of the store use it, and the doors to
  * the databases there are. Parameters have names, columns numbers from 0.
- * Test: unit.store, unit.store_postgres.
+ * Test: unit.store, unit.store.postgres.
  */
 #ifndef SCATTERD_STORE_SQL_H
 #define SCATTERD_STORE_SQL_H

@@ -1,5 +1,5 @@
 /* store_tables.h - the tables of the store and all statements on them, as text: one table of them,
- * written in the words of SQLite or of PostgreSQL. Test: unit.store, unit.store_postgres.
+ * written in the words of SQLite or of PostgreSQL. Test: unit.store, unit.store.postgres.
  */
 #ifndef SCATTERD_STORE_TABLES_H
 #define SCATTERD_STORE_TABLES_H
