@@ -48,6 +48,7 @@ void job_free(job *c) {
   if (c->body >= 0) close(c->body);
   if (c->checkpoint >= 0) close(c->checkpoint);
   job_files_clear(c);
+  job_clear_overtaken(c);
   free(c->extra);
   free(c->problem);
   free(c->events);
@@ -80,6 +81,7 @@ void job_touch(job *c) {
 void job_become(job *c, job_state state, const char *format, ...) {
   va_list arguments;
   if (!job_state_may((job_state)c->row.state, state)) abort(); /* a bug: no input leads here */
+  if (c->changed) job_overtake(c);
   va_start(arguments, format);
   vsnprintf(c->row.message, sizeof c->row.message, format, arguments);
   va_end(arguments);

@@ -26,6 +26,13 @@ typedef struct {
   size_t size;
 } job_large;
 
+/* What is to be said of a change that another one overtook before it was stored. */
+typedef struct job_note {
+  struct job_note *next;
+  double when;
+  char text[];
+} job_note;
+
 struct job {
   job_row row;
   jobs *all;
@@ -45,6 +52,7 @@ struct job {
   bool changed;
   job *next_changed;
   job_extra *extra; /* of a new one */
+  job_note *overtaken;
   job_small small[JOB_FILES];
   job_large large[JOB_FILES]; /* if the store takes them */
   char *problem;              /* of a failed one */
@@ -110,7 +118,9 @@ void job_files_clear(job *c);                                    /* what is writ
 void job_files_drop(jobs *j, const job_row *row, bool result);
 
 /* job_save.c: stores what changed */
-void job_save(job *c); /* at the end of this round */
+void job_save(job *c);     /* at the end of this round */
+void job_overtake(job *c); /* keeps what is to be said of a change that is not stored yet */
+void job_clear_overtaken(job *c);
 void jobs_flush(jobs *j);
 
 /* job_run.c */
