@@ -208,7 +208,11 @@ int jobs_result(jobs *j, const job_row *row) {
 }
 
 int64_t jobs_room(const jobs *j) {
-  return j->set->job_queue - (int64_t)job_queue_length(j->queue);
+  return j->set->job_queue - (int64_t)job_queue_length(j->queue) - j->held;
+}
+
+void jobs_hold(jobs *j, int places) {
+  j->held += places;
 }
 
 int jobs_retry_after(const jobs *j) {
