@@ -8,6 +8,7 @@
 #include "counter.h"
 #include "front.h"
 #include "param.h"
+#include "rank.h"
 #include "route.h"
 #include "token.h"
 #include "worker.h"
@@ -128,6 +129,7 @@ int main(int argc, char **argv) {
   for (size_t k = 0; argc == 2 && k < sizeof words / sizeof *words; k++) {
     if (strcmp(argv[1], words[k].word) == 0) return words[k].run();
   }
+  if (argc == 3 && strcmp(argv[1], "rank") == 0) return rank_main(argv[2]); /* by an executor */
   param_defaults(&set);
   if (argc > 1 && strcmp(argv[1], "run") == 0) return run(&set, argc - 2, argv + 2);
   if (argc > 1 && strcmp(argv[1], "token") == 0) return make_token(argc - 2, argv + 2);

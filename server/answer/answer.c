@@ -6,6 +6,7 @@
 
 #include "body.h"
 #include "by_href.h"
+#include "by_ranks.h"
 #include "check.h"
 #include "cloud_input.h"
 #include "estimate.h"
@@ -81,16 +82,29 @@ static bool out_of_memory(task *t) {
   return false;
 }
 
+/* Will several processes do it together, now or when it is run as a job? */
+static bool will_be_shared(const ask *a, const task *t, const performance *f) {
+  if (t->ranks) return t->ranks->group != NULL;
+  return a->work == IPC_CHECK && t->limits->ranks > 1 && t->cloud && f->process->alone &&
+         t->cloud->cloud.n >= t->limits->executor_points && !f->process->alone(t, f->state);
+}
+
 /* A run that cannot fit is refused before it starts; the estimate goes into the reply. */
 static bool fits_into_memory(const ask *a, task *t, const performance *f, reply *r) {
   problem p;
   if (!task_is_well(t)) return false;
-  t->memory_estimate = r->memory_bytes = estimate_run(t, f) + 2 * (int64_t)a->size;
-  if (r->memory_bytes <= t->limits->memory_bytes) return true;
+  const int64_t processes = will_be_shared(a, t, f) ? t->limits->ranks : 1;
+  t->processes = processes > 1 ? processes : 0;
+  r->memory_bytes =
+      estimate_shared(t, estimate_run(t, f), processes) + processes * 2 * (int64_t)a->size;
+  t->memory_estimate = r->memory_bytes / processes;
+  const int64_t each = r->memory_bytes / processes;
+  if (each <= t->limits->memory_bytes) return true;
   problem_begin(&p, 422,
-                "the run needs about %lld bytes of memory, a worker may have %lld "
+                "the run needs about %lld bytes of memory%s, a worker may have %lld "
                 "(memory-bytes)",
-                (long long)r->memory_bytes, (long long)t->limits->memory_bytes);
+                (long long)each, processes > 1 ? " in each process" : "",
+                (long long)t->limits->memory_bytes);
   problem_add(&p, "/inputs/cloud", "%lld points are too many for this process and operator",
               (long long)(t->cloud ? t->cloud->cloud.n : 0));
   refuse(r, &p);
@@ -134,6 +148,7 @@ static bool do_run(const ask *a, task *t, performance *f, reply *r) {
 }
 
 static bool do_run_stored(const ask *a, task *t, performance *f, reply *r) {
+  if (!by_ranks_begin(t, f)) return true; /* without a reply */
   if (!fits_into_memory(a, t, f, r)) return false;
   return pack_emit(a, t, perform_run(t, f, PERFORM_STORED), MEDIA_CBOR, r);
 }
@@ -223,6 +238,7 @@ void answer(const ask *a, reply *r) {
             .work = {(int)a->limits->threads, progress_report, &whole, progress_residual},
             .checkpoint = a->checkpoint,
             .checkpoint_size = a->checkpoint_size,
+            .ranks = a->ranks,
             .keep_checkpoint = a->calls.checkpoint};
   *r = (reply){.status = 500};
   stopwatch_start(&t.watch);

@@ -55,6 +55,7 @@ typedef struct {
   const limits *limits;
   const void *checkpoint; /* RUN_STORED: NULL: starts afresh */
   size_t checkpoint_size;
+  struct by_ranks *ranks; /* RUN_STORED: by_ranks.h; NULL: this process only */
   ask_calls calls;
 } ask;
 
@@ -79,5 +80,21 @@ void answer_prepare(void);
 /* Answers. Never fails: what goes wrong is a problem document in the reply. The caller frees
  * reply->bytes. */
 void answer(const ask *ask, reply *reply);
+
+/* ---- Several processes, started together by mpiexec, that answer one request ---- */
+
+typedef struct by_ranks by_ranks;
+
+/* What a process has to do with the reply, after answer(): give it; leave without a word; give it
+ * and end at once, for it cannot go on with the others, who wait for it. */
+typedef enum { ANSWER_REPLIES, ANSWER_LEAVES, ANSWER_STUCK } answer_role;
+
+/* This process among them; alone if nobody started it together with others. NULL: no memory. */
+by_ranks *answer_ranks_new(void);
+int answer_ranks_place(const by_ranks *r); /* 0 to their number - 1 */
+answer_role answer_ranks_role(const by_ranks *r);
+
+/* Waits for the others, if they were joined. */
+void answer_ranks_free(by_ranks **r);
 
 #endif

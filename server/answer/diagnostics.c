@@ -116,6 +116,16 @@ void diagnostics_of_fields(const double *velocity, const double *diffusivity, in
   out->peclet_max = largest;
 }
 
+void diagnostics_of_system(const sct_system *system, diagnostics *out) {
+  out->is_solve = true;
+  out->is_limited = system->limited != NULL;
+  out->rows = system->unknowns;
+  out->nonzeros = sct_csr_entries(system->matrix);
+  out->widened = system->widened;
+  out->fallback = system->fallback;
+  out->loose = system->loose;
+}
+
 /* Writing */
 
 static void write_extent(emit *e, const char *key, double min, const char *middle_key,
@@ -192,7 +202,7 @@ static void write_solver(emit *e, const diagnostics *d) {
   member_object(e, "solver");
   member_text(e, "method", solve->method);
   member_text(e, "ordering", solve->ordering);
-  if (d->system->limited) {
+  if (d->is_limited) {
     write_correction(e, d);
   } else {
     member_integer(e, "iterations", solve->iterations);
@@ -223,11 +233,11 @@ static void write_system(emit *e, const diagnostics *d) {
   write_peclet(e, d);
   write_extent(e, "bounds", d->bounds.min, NULL, 0, d->bounds.max);
   member_object(e, "matrix");
-  member_integer(e, "rows", d->system->unknowns);
-  member_integer(e, "nonzeros", sct_csr_entries(d->system->matrix));
+  member_integer(e, "rows", d->rows);
+  member_integer(e, "nonzeros", d->nonzeros);
   emit_end(e);
-  write_rows(e, d->system->widened, d->system->fallback);
-  member_integer(e, "loose", d->system->loose);
+  write_rows(e, d->widened, d->fallback);
+  member_integer(e, "loose", d->loose);
   write_solver(e, d);
   if (d->is_transient) write_march(e, &d->march);
 }
@@ -240,7 +250,7 @@ void diagnostics_write(emit *e, const diagnostics *d) {
   write_tensor(e, d);
   write_deficient(e, d);
   if (d->has_rows) write_rows(e, d->widened, d->fallback);
-  if (d->system) write_system(e, d);
+  if (d->is_solve) write_system(e, d);
   emit_end(e);
 }
 

@@ -21,11 +21,12 @@ typedef struct {
   double tensor_mean[TENSOR_MAX], tensor_deviation[TENSOR_MAX];
   int64_t deficient; /* points with too few or degenerate neighbours, and the first of them */
   int32_t deficient_points[DEFICIENT_MAX];
-  /* of an apply: points whose rows have a support wider, or another scheme, than asked for */
-  bool has_rows;
-  int64_t widened, fallback;
-  /* of a solve; `system` NULL: none */
-  const sct_system *system;
+  bool has_rows; /* widened and fallback are there: an apply says them so, a solve by is_solve */
+  /* points whose rows have a support wider, or another scheme, than asked for; weights so so */
+  int64_t widened, fallback, loose;
+  /* of a solve */
+  bool is_solve, is_limited;
+  int64_t rows, nonzeros;         /* of its matrix */
   double peclet_mean, peclet_max; /* |u| h / mu; NaN: not defined */
   sct_range bounds;               /* of the solution */
   sct_solve_report solve;         /* method NULL: nothing was factored */
@@ -47,6 +48,9 @@ void diagnostics_of_rows(const uint8_t *flags, int64_t n, diagnostics *out);
 /* Cell Peclet numbers: velocity [n][dim] (NULL: 0), diffusivity [n]. */
 void diagnostics_of_fields(const double *velocity, const double *diffusivity, int64_t n,
                            const uint8_t *mask, diagnostics *out);
+
+/* Size and rows of a system. */
+void diagnostics_of_system(const sct_system *system, diagnostics *out);
 
 void diagnostics_write(emit *e, const diagnostics *d);
 

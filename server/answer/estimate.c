@@ -2,6 +2,8 @@
 
 #include <math.h>
 
+#include "cloud_input.h"
+
 /* Of a worker that has done nothing; of the iterative solvers' package. */
 static const int64_t BASE = 19000000, PACKAGE = 30000000;
 
@@ -35,11 +37,14 @@ int64_t estimate_matrix(int dim, int64_t n, const sct_operator *op) {
   return (int64_t)((double)n * (40 + 22 * estimate_neighbours(dim, op->radius)));
 }
 
+int64_t estimate_iteration(int dim, int64_t n, const sct_operator *op) {
+  return PACKAGE + (int64_t)((double)n * (420 + 8 * estimate_neighbours(dim, op->radius)));
+}
+
 int64_t estimate_solver(int dim, int64_t n, const sct_operator *op,
                         const sct_solve_options *options) {
-  const double m = estimate_neighbours(dim, op->radius);
-  if (!sct_solver_iterates(options, n)) return estimate_factors(dim, n, op);
-  return PACKAGE + (int64_t)((double)n * (420 + 8 * m));
+  return sct_solver_iterates(options, n) ? estimate_iteration(dim, n, op)
+                                         : estimate_factors(dim, n, op);
 }
 
 /* Bytes per point by dimension; a denser stencil costs less than in proportion. */
@@ -52,4 +57,11 @@ int64_t estimate_factors(int dim, int64_t count, const sct_operator *op) {
 
 int64_t estimate_run(const task *t, const performance *f) {
   return BASE + (f->process->memory && f->state ? f->process->memory(t, f->state) : 0);
+}
+
+int64_t estimate_shared(const task *t, int64_t run, int64_t processes) {
+  /* bytes of a rank itself and of a point of the whole on each; quarters of a part with its halo */
+  enum { RANK = 60000000, FIELDS = 160, HALO = 5 };
+  const int64_t n = t->cloud ? t->cloud->cloud.n : 0;
+  return processes < 2 ? run : processes * (RANK + FIELDS * n) + run / 4 * HALO;
 }

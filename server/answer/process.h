@@ -34,6 +34,7 @@ typedef struct {
 typedef struct {
   const char *id;
   const char *const *inputs; /* known names, NULL at the end */
+  const char *const *texts;  /* those of them that are texts, NULL at the end; NULL: none */
   size_t state_size;
   /* Decodes and checks the inputs into the zeroed state: all culprits become complaints. */
   void (*read)(task *t, const item *inputs, void *state);
@@ -42,6 +43,9 @@ typedef struct {
   void (*clear)(void *state); /* after reading, run or not; may be NULL */
   /* Estimated peak of `run`, (bytes) beyond the worker's own; NULL: nothing to speak of. */
   int64_t (*memory)(const task *t, const void *state);
+  /* Why what was read is not for several processes together (by_ranks.h), NULL: it is; a process
+   * without this is for one always. */
+  const char *(*alone)(const task *t, const void *state);
   /* Of a batch: writes the frames of its children (check.h); NULL: it has none. */
   bool (*children)(task *t, const void *state, grow_bytes *frames);
   /* Where the fields are, also when no output says so; NULL where there are no fields. */

@@ -1,10 +1,12 @@
 /* process_solve.c - d phi / dt + u . grad phi = div(mu grad phi) + s - k phi on a cloud. */
 #include <string.h>
 
+#include "by_ranks.h"
 #include "estimate.h"
 #include "member.h"
 #include "process_solve.h"
 #include "report.h"
+#include "solve_by_ranks.h"
 
 /* Bits of `wanted`: the outputs in their order. */
 enum { SOLUTION = 1, POINTS = 2, NORMS = 4, DIAGNOSTICS = 8, HISTORY = 16 };
@@ -42,13 +44,18 @@ static bool find_interior(task *t, solve *s) {
   return true;
 }
 
-static sct_status prepare(task *t, solve *s) {
+/* The solution as far as it is given. */
+static sct_status begin_solution(task *t, solve *s) {
   int64_t n = s->in.cloud.cloud.n;
-  if (discretisation_build(t, &s->in.cloud, &s->in.op, &s->grid)) return t->error.code;
   s->phi = task_zeros(t, n, sizeof *s->phi);
   if (!s->phi || !find_interior(t, s)) return t->error.code;
   if (s->in.is_transient) memcpy(s->phi, s->in.initial.value, (size_t)n * sizeof *s->phi);
   set_dirichlet(s, s->phi);
+  return SCT_OK;
+}
+
+static sct_status prepare(task *t, solve *s) {
+  if (discretisation_build(t, &s->in.cloud, &s->in.op, &s->grid)) return t->error.code;
   if (sct_work_report(&t->work, "assemble", 0, &t->error)) return t->error.code;
   (void)assemble(t, s, &s->system, &t->error);
   stopwatch_lap(&t->watch, LAP_ASSEMBLE);
@@ -178,23 +185,36 @@ static int64_t memory_of_solve(const task *t, const void *state) {
   const sct_operator *op = &s->in.op;
   const bool is_explicit = s->in.is_transient && s->in.march.method == SCT_FORWARD_EULER;
   const int matrices = s->in.is_transient && !is_explicit ? 2 : 1;
-  (void)t;
+  const int64_t solver = is_explicit        ? 0
+                         : t->processes > 1 ? estimate_iteration(c->dim, c->n, op)
+                                            : estimate_solver(c->dim, c->n, op, &s->in.march.solve);
   return estimate_points(c->dim, c->n, op) + matrices * estimate_matrix(c->dim, c->n, op) +
-         estimate_limited(c->dim, c->n, op) +
-         (is_explicit ? 0 : estimate_solver(c->dim, c->n, op, &s->in.march.solve)) +
+         estimate_limited(c->dim, c->n, op) + solver +
          s->in.march.saves * c->n * (int64_t)(sizeof(double) + SAVED_TEXT);
 }
 
 /* Results */
 
+static void of_parts(const sct_ranks_report *r, diagnostics *d) {
+  d->is_solve = true;
+  d->rows = r->unknowns;
+  d->nonzeros = r->nonzeros;
+  d->widened = r->widened;
+  d->fallback = r->fallback;
+  d->loose = r->loose;
+}
+
+/* After a run by ranks there are no stencils of the whole cloud yet. */
 static sct_status diagnose(task *t, solve *s) {
   const cloud_input *c = &s->in.cloud;
   sct_diagnosis all = {0};
   diagnostics *d = &s->diagnostics;
+  if (!s->grid.stencil && discretisation_build(t, c, &s->in.op, &s->grid)) return t->error.code;
   if (!diagnosis_take(t, c, &all)) return t->error.code;
   if (diagnostics_of_cloud(t, c, &s->grid, &all, s->mask, d)) return t->error.code;
   diagnostics_of_fields(s->in.velocity.value, s->in.diffusivity.value, c->cloud.n, s->mask, d);
-  d->system = s->system;
+  if (s->system) diagnostics_of_system(s->system, d);
+  if (!s->system) of_parts(&t->ranks->report, d);
   d->bounds = sct_range_of(s->phi, c->cloud.n, 1, NULL);
   d->solve = s->solve;
   d->is_transient = s->in.is_transient;
@@ -205,7 +225,14 @@ static sct_status diagnose(task *t, solve *s) {
 }
 
 sct_status solve_compute(task *t, solve *s) {
-  sct_status status = prepare(t, s);
+  sct_status status = begin_solution(t, s);
+  if (status) return status;
+  if (t->ranks && t->ranks->group) {
+    if (solve_by_ranks(t, s)) return SCT_OK;
+    if (t->ranks->leaves) return SCT_E_CANCELLED; /* without a reply */
+    if (t->error.code) return t->error.code;
+  }
+  status = prepare(t, s);
   if (!status) status = s->in.is_transient ? solve_in_time(t, s) : solve_steady(t, s);
   if (status == SCT_E_CONVERGENCE) t->blame = "/inputs/solver";
   return status;
@@ -278,6 +305,7 @@ const process process_solve = {
     .run = run_solve,
     .clear = solve_clear,
     .memory = memory_of_solve,
+    .alone = solve_alone,
     .coordinates = write_points,
     .outputs = {{"solution", NULL, false, write_solution, OUTPUT_FIELD},
                 {"points", NULL, false, write_points, OUTPUT_COORDINATES},

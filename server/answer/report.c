@@ -4,6 +4,7 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include "by_ranks.h"
 #include "member.h"
 
 /* Of this request, once report_begin has put the mark back. */
@@ -32,6 +33,7 @@ void report_write(emit *e, const task *t, const void *state) {
   for (int k = 0; k < LAP_COUNT; k++) member_number(e, lap_name((lap)k), watch.seconds[k]);
   member_number(e, "total", stopwatch_total(&watch));
   emit_end(e);
+  by_ranks_write(e, t);
   member_integer(e, "memory_estimate_bytes", t->memory_estimate);
   member_integer(e, "memory_peak_bytes", memory_peak());
   emit_end(e);

@@ -15,6 +15,8 @@
 
 typedef struct language language;
 
+struct by_ranks;
+
 typedef struct {
   const limits *limits;
   doc_arena *arena;      /* everything of this request; freed in one go after the reply */
@@ -32,6 +34,10 @@ typedef struct {
   const void *checkpoint;
   size_t checkpoint_size;
   bool (*keep_checkpoint)(void *context, const void *bytes, size_t size);
+
+  struct by_ranks *ranks; /* by_ranks.h: that answer together; NULL: this process only */
+
+  int64_t processes; /* that share the run, or will; 0: this one has it */
 
   int64_t memory_estimate; /* (bytes) of the run, 0 before it is known */
 

@@ -17,6 +17,8 @@ typedef struct {
   int64_t memory_bytes;     /* of a worker */
   double seconds;           /* of a solve */
   int64_t threads;          /* of a worker */
+  int64_t ranks;            /* processes that share a large job; 1: jobs are not shared */
+  int64_t executor_points;  /* from which a job is large */
 } limits;
 
 #endif

@@ -10,12 +10,12 @@
 #include "doc.h"
 #include "log.h"
 
-typedef enum { TEXT, URL, COUNT, BYTES, SECONDS, LEVEL } kind;
+typedef enum { TEXT, URL, STORE, COUNT, BYTES, SECONDS, LEVEL, CHOICE } kind;
 
 typedef struct {
   const char *name;
   kind kind;
-  const char *unit; /* as --help shows it */
+  const char *unit; /* as --help shows it; of a CHOICE: what there is, with | between */
   size_t offset;
   const char *initial; /* as a configuration file would hold it */
   double least, most;
@@ -31,6 +31,11 @@ static const parameter table[] = {
     {"data-dir", TEXT, "DIR", AT(data_dir), "", 0, 0,
      "directory of the daemon's files; empty means $XDG_DATA_HOME/scatterd or "
      "~/.local/share/scatterd"},
+    {"store", STORE, "URL", AT(store), "", 0, 0,
+     "database of the jobs, postgresql://..., which other daemons may share; empty means SQLite in "
+     "data-dir"},
+    {"lease-seconds", SECONDS, "s", AT(lease_seconds), "15", 1, 86400,
+     "time without a sign of life after which others take the jobs of a daemon that shares store"},
     {"user", TEXT, "NAME", AT(user), "", 0, 0,
      "who to run as when started by root, once the socket is open; empty means no change"},
     {"public-url", URL, "URL", AT(public_url), "", 0, 0,
@@ -60,6 +65,21 @@ static const parameter table[] = {
     {"threads", COUNT, "", AT(limits.threads), "1", 1, 1024, "threads of one worker"},
     {"recycle", COUNT, "requests", AT(recycle), "1000", 1, NO_END,
      "requests after which a worker is replaced by a fresh one"},
+    {"executor", CHOICE, "local|mpi|slurm", AT(executor), "local", 0, 2,
+     "where large jobs run: local is on a worker; mpi, on ranks of this machine; slurm, as a job "
+     "of "
+     "Slurm on nodes that share data-dir"},
+    {"executor-points", COUNT, "", AT(limits.executor_points), "500000", 0, 2147483647,
+     "points from which a job is large; mpi shares jobs of process solve"},
+    {"executor-jobs", COUNT, "jobs", AT(executor_jobs), "0", 0, 1e6,
+     "large jobs at the same time; 0 means 1 for mpi and 64 for slurm"},
+    {"ranks", COUNT, "processes", AT(limits.ranks), "0", 0, 1e6,
+     "that share a large job; 0 means one per processor of this machine, at least 2"},
+    {"mpiexec", TEXT, "COMMAND", AT(mpiexec), "mpiexec", 1, 0,
+     "what starts ranks, with its options; -n and the program are appended"},
+    {"sbatch", TEXT, "COMMAND", AT(sbatch), "sbatch", 1, 0,
+     "what submits a job to Slurm, with its options, such as \"sbatch --partition=long "
+     "--mem-per-cpu=4G\""},
     {"queue", COUNT, "requests", AT(queue), "64", 0, 1e6,
      "requests that may wait for a worker; more are answered 503"},
     {"connections", COUNT, "", AT(connections), "1000", 1, 1e6, "connections at the same time"},
@@ -170,6 +190,13 @@ static bool read_url(const parameter *row, void *value, const char *text, fault 
   return fault_set(why, "%s: got \"%.200s\", needs http://... or https://...", row->name, text);
 }
 
+static bool read_store(const parameter *row, void *value, const char *text, fault *why) {
+  const bool good =
+      strncmp(text, "postgresql://", 13) == 0 || strncmp(text, "postgres://", 11) == 0;
+  if (good || *text == '\0') return read_text(row, value, text, why);
+  return fault_set(why, "%s: needs postgresql://..., got something else", row->name);
+}
+
 static const struct {
   const char *suffix;
   double factor;
@@ -223,29 +250,58 @@ static bool read_level(const parameter *row, void *value, const char *text, faul
   return true;
 }
 
-static void show_text(const void *value, char *room, size_t size) {
+/* Length of the name at `at` of a list with | between. */
+static size_t name_length(const char *at) {
+  return strcspn(at, "|");
+}
+
+static bool read_choice(const parameter *row, void *value, const char *text, fault *why) {
+  int64_t k = 0;
+  for (const char *at = row->unit; *at != '\0'; k++) {
+    const size_t length = name_length(at);
+    if (strlen(text) == length && strncmp(text, at, length) == 0) {
+      *(int64_t *)value = k;
+      return true;
+    }
+    at += length + (at[length] == '|');
+  }
+  return fault_set(why, "%s: got \"%.100s\", needs %s", row->name, text, row->unit);
+}
+
+static void show_text(const parameter *row, const void *value, char *room, size_t size) {
+  (void)row;
   snprintf(room, size, "%s", (const char *)value);
 }
 
-static void show_integer(const void *value, char *room, size_t size) {
+static void show_integer(const parameter *row, const void *value, char *room, size_t size) {
+  (void)row;
   snprintf(room, size, "%lld", (long long)*(const int64_t *)value);
 }
 
-static void show_seconds(const void *value, char *room, size_t size) {
+static void show_seconds(const parameter *row, const void *value, char *room, size_t size) {
+  (void)row;
   snprintf(room, size, "%.15g", *(const double *)value);
 }
 
-static void show_level(const void *value, char *room, size_t size) {
+static void show_level(const parameter *row, const void *value, char *room, size_t size) {
+  (void)row;
   snprintf(room, size, "%s", log_level_name((log_level) * (const int64_t *)value));
+}
+
+static void show_choice(const parameter *row, const void *value, char *room, size_t size) {
+  const char *at = row->unit;
+  for (int64_t k = *(const int64_t *)value; k > 0; k--) at += name_length(at) + 1;
+  snprintf(room, size, "%.*s", (int)name_length(at), at);
 }
 
 static const struct {
   bool (*read)(const parameter *row, void *value, const char *text, fault *why);
-  void (*show)(const void *value, char *room, size_t size);
+  void (*show)(const parameter *row, const void *value, char *room, size_t size);
 } kinds[] = {
-    [TEXT] = {read_text, show_text},          [URL] = {read_url, show_text},
-    [COUNT] = {read_integer, show_integer},   [BYTES] = {read_integer, show_integer},
-    [SECONDS] = {read_seconds, show_seconds}, [LEVEL] = {read_level, show_level},
+    [TEXT] = {read_text, show_text},        [URL] = {read_url, show_text},
+    [STORE] = {read_store, show_text},      [COUNT] = {read_integer, show_integer},
+    [BYTES] = {read_integer, show_integer}, [SECONDS] = {read_seconds, show_seconds},
+    [LEVEL] = {read_level, show_level},     [CHOICE] = {read_choice, show_choice},
 };
 
 static bool set(parameters *p, const parameter *row, const char *text, fault *why) {
@@ -271,7 +327,7 @@ const char *param_name(int row) {
 }
 
 const char *param_show(const parameters *p, int row, char *room, size_t size) {
-  kinds[table[row].kind].show((const char *)p + table[row].offset, room, size);
+  kinds[table[row].kind].show(&table[row], (const char *)p + table[row].offset, room, size);
   return room;
 }
 
@@ -423,11 +479,14 @@ void param_manual(FILE *out) {
       ".SH SYNOPSIS\n"
       ".B scatterd\n[\\-\\-config \\fIFILE\\fR] [\\fIoptions\\fR]\n.br\n"
       ".B scatterd run\n[\\-\\-process \\fIID\\fR] [\\-o \\fIFILE\\fR] [\\fIoptions\\fR] "
-      "\\fIREQUEST\\fR\n"
+      "\\fIREQUEST\\fR\n.br\n"
+      ".B scatterd token\n\\fINAME\\fR [\\fILIMIT\\fR=\\fIVALUE\\fR...]\n"
       ".SH DESCRIPTION\n"
       "The first form serves: OGC API \\- Processes at the address of \\-\\-listen, described by\n"
       "the service itself under / and /api. The second answers one request from a file (.json\n"
-      "or .cbor; \\- is the standard input) without a server.\n"
+      "or .cbor; \\- is the standard input) without a server. The third makes a token: its line\n"
+      "of the file of \\-\\-tokens goes to the standard output, its secret to the error output;\n"
+      "limits are jobs, points, seconds, body-bytes, data-bytes, job-bytes, rate and burst.\n"
       ".SH OPTIONS\n"
       "Each may stand in the file of \\-\\-config as a line name = value; the command line wins.\n"
       "Sizes take KiB, MiB and GiB.\n",

@@ -17,6 +17,8 @@ typedef struct {
   char listen[PARAM_TEXT];
   char data_dir[PARAM_TEXT];
   char user[PARAM_TEXT];
+  char store[PARAM_TEXT]; /* URL of a database; empty: SQLite in data_dir */
+  double lease_seconds;
   char public_url[PARAM_TEXT];
   char cors_origins[PARAM_TEXT];
   char hosts[PARAM_TEXT];
@@ -27,8 +29,12 @@ typedef struct {
   char tls_key[PARAM_TEXT];
   int64_t log_level; /* log_level of log.h */
   int64_t workers;
-  int64_t recycle; /* requests */
-  int64_t queue;   /* requests */
+  int64_t recycle;  /* requests */
+  int64_t executor; /* place in the list of its unit: local, mpi, slurm */
+  int64_t executor_jobs;
+  char mpiexec[PARAM_TEXT];
+  char sbatch[PARAM_TEXT];
+  int64_t queue; /* requests */
   int64_t connections;
   int64_t job_bytes;  /* of requests and results of all jobs */
   int64_t data_bytes; /* of all objects under /data */

@@ -200,13 +200,16 @@ static bool start(front *f, fault *why) {
   if (f->loop == NULL) return fault_set(why, "cannot start: %s", strerror(errno));
   if (!watch_signals(f, why)) return false;
   f->service.set = f->set;
+  f->service.executor = executor_new(f->loop, f->set, why);
+  if (f->service.executor == NULL) return false;
   f->service.pool = pool_new(f->loop, f->set, why);
   if (f->service.pool == NULL) return false;
-  f->service.store = store_open(f->set->data_dir, why);
+  f->service.store = store_open(f->set->data_dir, f->set->store, why);
   if (f->service.store == NULL) return false;
   f->service.clock = clock_watch_new(f->loop, &f->service);
   if (f->service.clock == NULL) return fault_set(why, "out of memory");
-  f->service.jobs = jobs_new(f->loop, f->set, f->service.pool, f->service.store, why);
+  f->service.jobs =
+      jobs_new(f->loop, f->set, f->service.pool, f->service.executor, f->service.store, why);
   if (f->service.jobs == NULL) return false;
   jobs_on_owners(f->service.jobs, &(job_owners){f->service.gate, narrow, keep});
   f->service.waits = waits_new(f->loop);
@@ -239,6 +242,7 @@ static void say_farewell(front *f) {
 static void end(front *f) {
   http_free(&f->http);
   if (f->service.pool != NULL) pool_stop(f->service.pool);
+  if (f->service.executor != NULL) executor_stop(f->service.executor);
   callbacks_free(&f->service.callbacks);
   fetches_free(&f->service.fetches);
   data_free(&f->service.data);
@@ -249,6 +253,7 @@ static void end(front *f) {
   store_close(&f->service.store);
   clock_watch_free(&f->service.clock);
   pool_free(&f->service.pool);
+  executor_free(&f->service.executor);
   gate_free(&f->service.gate);
   tls_forget();
   if (f->signals >= 0) close(f->signals);

@@ -141,7 +141,8 @@ static void solve_whole(const sample *s, double seconds[LAP_COUNT + 1]) {
                               .steps = 1000000,
                               .memory_bytes = INT64_C(1) << 32,
                               .seconds = 60,
-                              .threads = 1};
+                              .threads = 1,
+                              .ranks = 1};
   const ask question = {
       .process = "solve", .body = s->body, .size = strlen(s->body), .limits = &most};
   const doc_limits wide = {64, 1000000, 100000000};

@@ -243,6 +243,25 @@ __attribute__((constructor)) static void die(void) {
 
 void answer_prepare(void) {}
 
+/* It never runs by ranks. */
+by_ranks *answer_ranks_new(void) {
+  return NULL;
+}
+
+int answer_ranks_place(const by_ranks *r) {
+  (void)r;
+  return 0;
+}
+
+answer_role answer_ranks_role(const by_ranks *r) {
+  (void)r;
+  return ANSWER_REPLIES;
+}
+
+void answer_ranks_free(by_ranks **r) {
+  *r = NULL;
+}
+
 void answer(const ask *a, reply *r) {
   char text[256];
   const size_t length = a->size < sizeof text - 1 ? a->size : sizeof text - 1;

@@ -8,6 +8,7 @@
 #define SCATTERD_JOB_H
 
 #include "allowance.h"
+#include "executor.h"
 #include "job_row.h"
 #include "loop.h"
 #include "param.h"
@@ -19,9 +20,9 @@ typedef struct job job; /* one that is not over; job_inner.h */
 
 /* Takes up what the last daemon left: what was running waits again, or has failed if it was tried
  * often enough. NULL with *why. */
-jobs *jobs_new(loop *l, const parameters *set, pool *p, store *s, fault *why);
+jobs *jobs_new(loop *l, const parameters *set, pool *p, executor *x, store *s, fault *why);
 
-/* After pool_stop: stores what is to be stored. */
+/* After pool_stop and executor_stop: stores what is to be stored. */
 void jobs_free(jobs **j);
 
 /* ---- Accepting ---- */
@@ -71,8 +72,9 @@ typedef struct {
 } job_owners;
 void jobs_on_owners(jobs *j, const job_owners *owners);
 
-/* Most memory (bytes) that one job may be estimated to need. */
+/* Most memory (bytes) that one job may be estimated to need, on a worker or by the executor. */
 int64_t jobs_most_memory(const jobs *j);
+int64_t jobs_most_memory_of(const jobs *j, const char *process, int64_t points);
 
 /* ---- Looking ---- */
 
@@ -82,6 +84,7 @@ typedef struct {
   double residual; /* of the iteration in that phase, 0 if not known */
   job *active;     /* NULL if it is over */
   int64_t event;   /* id of its newest event, 0 if none is kept */
+  bool elsewhere;  /* another daemon may have it: what happened before is not known here */
 } job_view;
 
 /* A stored job as it is now. */
@@ -145,6 +148,9 @@ bool job_events_dropped(const job *which);
 store_result jobs_dismiss(jobs *j, const job_row *row, job_view *view);
 
 /* ---- Counting ---- */
+
+/* What this daemon is called in a shared store; "" in one of its own. */
+const char *jobs_holder(const jobs *j);
 
 typedef struct {
   int64_t waiting, running;

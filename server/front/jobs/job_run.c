@@ -9,7 +9,7 @@
 #include <sys/sendfile.h>
 #include <unistd.h>
 
-#include "job_inner.h"
+#include "job_shared.h"
 #include "log.h"
 #include "problem.h"
 
@@ -57,7 +57,7 @@ void job_advance(job *c, double fraction) {
   job_touch(c);
   if (more) job_tell(c, JOB_EVENT_PROGRESS);
   job *batch = c->batch;
-  if (batch == NULL || batch->row.parts == 0) return;
+  if (batch == NULL || batch->row.parts == 0 || c->all->shared != NULL) return;
   batch->sum += step;
   if (advance_row(batch, batch->sum / batch->row.parts)) {
     batch->row.updated = c->row.updated;
@@ -79,10 +79,29 @@ static void keep_checkpoint(job *c, const ipc_news *news, int fd) {
   close(fd);
 }
 
+/* Said once it runs; an executor may have had it for some time. */
+static void begin_run(job *c) {
+  const char *place = c->run != NULL ? executor_place(c->run) : "";
+  if (c->row.state != JOB_RUNNING) {
+    job_become(c, JOB_RUNNING, "runs, attempt %d%s%s", c->row.attempts, *place != '\0' ? ", " : "",
+               place);
+  }
+  job *batch = c->batch;
+  if (batch != NULL && c->all->shared != NULL) {
+    job_shared_begin_batch(batch);
+  } else if (batch != NULL && batch->row.state == JOB_ACCEPTED) {
+    job_become(batch, JOB_RUNNING, "runs, %d parts", batch->row.parts);
+  }
+}
+
 static void heard(void *context, const ipc_news *news, int fd) {
   job *c = context;
   if (news->kind == IPC_CHECKPOINT) {
     keep_checkpoint(c, news, fd);
+    return;
+  }
+  if (news->kind == IPC_READY) {
+    begin_run(c);
     return;
   }
   const bool other = strcmp(c->row.phase, news->phase) != 0;
@@ -108,12 +127,17 @@ static void close_files(job *c) {
   c->body = c->checkpoint = -1;
 }
 
+static bool uses_memory_here(const job *c) {
+  return c->run == NULL || executor_is_here(c->all->executor);
+}
+
 static void off_worker(job *c) {
   jobs *j = c->all;
+  if (uses_memory_here(c)) j->counts.memory -= c->row.estimate;
   c->task = NULL;
+  c->run = NULL;
   close_files(c);
   j->counts.running--;
-  j->counts.memory -= c->row.estimate;
 }
 
 static void take_problem(job *c, int status, void *bytes, size_t size, const char *message) {
@@ -149,9 +173,9 @@ static void end_refused(job *c, const pool_outcome *o) {
                *o->detail != '\0' ? o->detail : problem_phrase(o->status));
 }
 
-/* Does an error say that the front has run out of something that it will have again? */
+/* Does an error say that the front lacks something that it will have again? */
 static bool is_passing(int error) {
-  return error == EMFILE || error == ENFILE || error == ENOMEM;
+  return error == EMFILE || error == ENFILE || error == ENOMEM || error == EHOSTDOWN;
 }
 
 /* This attempt came to nothing, by no fault of the job: it waits for the next, if it has one. */
@@ -170,7 +194,10 @@ static void end_unkept(job *c, int error) {
 }
 
 static void end_replied(job *c, const pool_outcome *o) {
-  if (o->status != 200) {
+  const bool unheard = o->status == 503 && c->all->shared != NULL; /* values by reference */
+  if (unheard && wait_again(c, "the database did not answer")) {
+    log_say(LOG_INFO, "retry", "job %s", c->row.id);
+  } else if (o->status != 200) {
     end_refused(c, o);
   } else if (!job_files_keep(c, JOB_RESULT, o->fd, o->size)) {
     end_unkept(c, errno);
@@ -210,9 +237,19 @@ static void end_stopped(job *c, const pool_outcome *o) {
   job_become(c, JOB_ACCEPTED, "waits for the service to start again");
 }
 
+/* It has values by reference, say. This attempt does not count either. */
+static void end_elsewhere(job *c, const pool_outcome *o) {
+  (void)o;
+  retreat(c);
+  c->row.attempts--;
+  c->is_for_worker = true;
+  if (c->row.state == JOB_RUNNING) job_become(c, JOB_ACCEPTED, "waits for a worker");
+  (void)job_enqueue(c, true);
+}
+
 static void (*const ends[])(job *c, const pool_outcome *o) = {
     [POOL_REPLY] = end_replied, [POOL_MEMORY] = end_memory,   [POOL_TIME] = end_time,
-    [POOL_CRASH] = end_crashed, [POOL_STOPPED] = end_stopped,
+    [POOL_CRASH] = end_crashed, [POOL_STOPPED] = end_stopped, [POOL_ELSEWHERE] = end_elsewhere,
 };
 
 static void done(void *context, const pool_outcome *o) {
@@ -224,9 +261,17 @@ static void done(void *context, const pool_outcome *o) {
 
 /* ---- The start of a run ---- */
 
+/* Is it for the executor? */
+static bool goes_away(const job *c) {
+  return !c->is_for_worker && executor_takes(c->all->executor, c->row.process, c->row.points);
+}
+
 static bool fits(void *context, void *owner) {
   const jobs *j = context;
   const job *c = owner;
+  const bool away = goes_away(c);
+  if (!(away ? executor_has_room(j->executor) : pool_has_room(j->pool))) return false;
+  if (away && !executor_is_here(j->executor)) return true;
   return j->counts.running == 0 || j->counts.memory + c->row.estimate <= j->budget;
 }
 
@@ -245,9 +290,48 @@ static ipc_ask ask_of(const job *c) {
 }
 
 static void open_checkpoint(job *c, ipc_ask *ask) {
+  if (c->row.started <= 0) return; /* it has never run */
   c->checkpoint = job_files_open(c->all, &c->row, JOB_CHECKPOINT);
   const off_t size = c->checkpoint >= 0 ? lseek(c->checkpoint, 0, SEEK_END) : 0;
   ask->checkpoint = size > 0 ? (int64_t)size : 0;
+}
+
+static const pool_calls calls = {done, heard};
+
+/* Takes it into the counts of what runs. */
+static void count_in(job *c) {
+  c->all->counts.running++;
+  if (uses_memory_here(c)) c->all->counts.memory += c->row.estimate;
+  *c->row.phase = '\0';
+  c->row.residual = 0;
+}
+
+/* To the executor, which has copied the request when this returns. What it cannot even begin with
+ * is a job that has failed. */
+static bool start_away(job *c, ipc_ask *ask) {
+  ask->limits.threads = 1;
+  c->run = executor_start(c->all->executor, c->row.id, ask, c->body, c->checkpoint, &calls, c);
+  const int reason = errno;
+  close_files(c);
+  if (c->run == NULL) {
+    job_fail(c, 500, "it cannot be given to the executor: %s", strerror(reason));
+    return true;
+  }
+  count_in(c);
+  c->row.attempts++;
+  c->row.updated = unix_now();
+  snprintf(c->row.message, sizeof c->row.message, "waits in %s", executor_place(c->run));
+  if (executor_is_here(c->all->executor)) begin_run(c);
+  job_save(c);
+  return true;
+}
+
+bool job_adopt(job *c) {
+  if (!goes_away(c)) return false;
+  c->run = executor_find(c->all->executor, c->row.id, &calls, c);
+  if (c->run == NULL) return false;
+  count_in(c);
+  return true;
 }
 
 /* Its request cannot be opened: it waits until it can, for its attempts where that is not sure to
@@ -264,34 +348,32 @@ static bool give_up(job *c, int error) {
 }
 
 static bool start(job *c) {
-  static const pool_calls calls = {done, heard};
   ipc_ask ask = ask_of(c);
   c->seconds = ask.limits.seconds;
   c->body = open_request(c);
   if (c->body < 0) return give_up(c, errno);
   open_checkpoint(c, &ask);
+  if (goes_away(c)) return start_away(c, &ask);
   c->task = pool_start(c->all->pool, &ask, c->body, c->checkpoint, &calls, c);
   if (c->task == NULL) {
     close_files(c);
     return false;
   }
-  c->all->counts.running++;
-  c->all->counts.memory += c->row.estimate;
+  count_in(c);
   c->row.attempts++;
-  *c->row.phase = '\0';
-  c->row.residual = 0;
-  job_become(c, JOB_RUNNING, "runs, attempt %d", c->row.attempts);
-  job *batch = c->batch;
-  if (batch != NULL && batch->row.state == JOB_ACCEPTED) {
-    job_become(batch, JOB_RUNNING, "runs, %d parts", batch->row.parts);
-  }
+  begin_run(c);
   return true;
 }
 
 void jobs_schedule(void *self) {
   jobs *j = self;
-  while (!j->stopped && j->pause == INFINITY && pool_has_room(j->pool)) {
+  while (!j->stopped && j->pause == INFINITY &&
+         (pool_has_room(j->pool) || executor_has_room(j->executor))) {
     job *c = job_queue_take(j->queue, fits, j);
+    if (c == NULL && job_queue_length(j->queue) == 0 && j->shared != NULL &&
+        job_shared_take(j->shared)) {
+      c = job_queue_take(j->queue, fits, j);
+    }
     if (c == NULL) return;
     if (start(c)) continue;
     (void)job_enqueue(c, true);
@@ -308,8 +390,9 @@ bool job_enqueue(job *c, bool first) {
 
 void job_stop(job *c) {
   job_queue_remove(c->all->queue, &c->node);
-  if (c->task == NULL) return;
-  pool_cancel(c->all->pool, c->task);
+  if (c->task == NULL && c->run == NULL) return;
+  if (c->task != NULL) pool_cancel(c->all->pool, c->task);
+  if (c->run != NULL) executor_cancel(c->run);
   off_worker(c);
 }
 
@@ -328,6 +411,10 @@ void job_end_batch(job *batch) {
 
 void job_part_ended(job *part) {
   job *batch = part->batch;
+  if (part->all->shared != NULL) {
+    job_shared_part_ended(part);
+    return;
+  }
   if (batch == NULL || job_state_is_final((job_state)batch->row.state)) return;
   job_advance(part, 1);
   batch->ended++;

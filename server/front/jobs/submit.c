@@ -93,11 +93,18 @@ static void waited(void *self, const job_view *now) {
   }
 }
 
+static bool check_key(submission *b);
+
+/* By way of another daemon a request with the same key may have been a moment faster. */
+static void refuse_stored(submission *b, store_result result) {
+  if (result != STORE_TAKEN || check_key(b)) job_refuse_store(b->x, result);
+}
+
 static void stored(void *self, const job_row *row, store_result result) {
   submission *b = self;
   job_view view;
   if (result != STORE_OK) {
-    job_refuse_store(b->x, result);
+    refuse_stored(b, result);
     http_deliver(b->x);
     return;
   }
@@ -144,22 +151,31 @@ static bool check_key(submission *b) {
 
 /* ---- The order ---- */
 
-static void refuse_large(exchange *x, int64_t bytes, const jobs *j) {
+static void refuse_large(exchange *x, int64_t bytes, int64_t most) {
   exchange_refuse(x, 422,
                   "memory: the request is estimated to need %lld bytes, may need at most %lld "
                   "(memory-bytes, memory-budget)",
-                  (long long)bytes, (long long)jobs_most_memory(j));
+                  (long long)bytes, (long long)most);
 }
 
-static bool fits(submission *b, const frames *f, int64_t estimate) {
+/* Does each of them fit into the memory of where it will run? */
+static bool fit_into_memory(submission *b, const job_part *parts, int64_t count) {
+  for (int64_t k = 0; k < count; k++) {
+    const int64_t most = jobs_most_memory_of(b->service->jobs, parts[k].process, parts[k].points);
+    if (parts[k].estimate <= most) continue;
+    refuse_large(b->x, parts[k].estimate, most);
+    return false;
+  }
+  return true;
+}
+
+static bool fits(submission *b, const frames *f, const pool_outcome *o) {
   const jobs *j = b->service->jobs;
   const int64_t parts = f->count > 0 ? f->count : 1;
-  for (int k = 0; k < f->count; k++) {
-    if (f->parts[k].estimate > estimate) estimate = f->parts[k].estimate;
-  }
-  if (estimate > jobs_most_memory(j)) {
-    refuse_large(b->x, estimate, j);
-  } else if (f->count > b->service->set->batch_parts || parts > b->service->set->job_queue) {
+  job_part whole = {.points = o->points, .estimate = o->memory_bytes};
+  snprintf(whole.process, sizeof whole.process, "%s", b->ask.process);
+  if (!fit_into_memory(b, f->count > 0 ? f->parts : &whole, parts)) return false;
+  if (f->count > b->service->set->batch_parts || parts > b->service->set->job_queue) {
     exchange_refuse(b->x, 422,
                     "batch: got %d requests, needs at most %lld (batch-parts, job-queue)", f->count,
                     (long long)b->service->set->batch_parts);
@@ -236,8 +252,7 @@ static bool accept_frames(submission *b, const pool_outcome *o) {
   memcpy(b->extra.pin, f.pin, sizeof f.pin);
   if (!is_read) {
     exchange_refuse(b->x, 500, "the worker's check cannot be read");
-  } else if (check_key(b) && fits(b, &f, o->memory_bytes) &&
-             callback_allows(b->service, b->x, &b->extra)) {
+  } else if (check_key(b) && fits(b, &f, o) && callback_allows(b->service, b->x, &b->extra)) {
     const store_result result = place(b, &f, o);
     good = result == STORE_OK;
     if (!good) job_refuse_store(b->x, result);

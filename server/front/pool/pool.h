@@ -21,11 +21,12 @@ typedef struct pool pool;
 typedef struct pool_task pool_task; /* a request that waits or runs */
 
 typedef enum {
-  POOL_REPLY,   /* the worker answered */
-  POOL_MEMORY,  /* it ran out of memory */
-  POOL_TIME,    /* killed: limits.seconds passed */
-  POOL_CRASH,   /* it died */
-  POOL_STOPPED, /* the pool was closed */
+  POOL_REPLY,     /* the worker answered */
+  POOL_MEMORY,    /* it ran out of memory */
+  POOL_TIME,      /* killed: limits.seconds passed */
+  POOL_CRASH,     /* it died */
+  POOL_STOPPED,   /* the pool was closed */
+  POOL_ELSEWHERE, /* of an executor: only a worker can run it */
 } pool_end;
 
 typedef struct {

@@ -26,22 +26,20 @@ void task_enter_phase(pool_task *t, const char *phase, double when) {
   t->entered = *phase != '\0' ? when : INFINITY; /* nothing to add after the last */
 }
 
-static void count_end(pool_task *t, const pool_outcome *outcome) {
-  static const char *const ends[] = {[POOL_REPLY] = "reply",
-                                     [POOL_MEMORY] = "memory",
-                                     [POOL_TIME] = "time",
-                                     [POOL_CRASH] = "crash",
-                                     [POOL_STOPPED] = "stopped"};
+void pool_count_run(const char *process, ipc_work what, const pool_outcome *outcome) {
+  static const char *const ends[] = {
+      [POOL_REPLY] = "reply", [POOL_MEMORY] = "memory",   [POOL_TIME] = "time",
+      [POOL_CRASH] = "crash", [POOL_STOPPED] = "stopped", [POOL_ELSEWHERE] = "elsewhere"};
   static const char *const works[] = {
       [IPC_RUN] = "run", [IPC_RUN_STORED] = "job", [IPC_CHECK] = "check", [IPC_RENDER] = "render"};
-  const char *id = *t->ask.process != '\0' ? t->ask.process : "any", *work = works[t->ask.work];
-  task_enter_phase(t, "", loop_now());
+  const char *id = *process != '\0' ? process : "any", *work = works[what];
   counter_add(COUNTER_RUNS, 1, LABELS(id, work, ends[outcome->end]));
   counter_observe(COUNTER_RUN_SECONDS, outcome->seconds, LABELS(id, work));
 }
 
 void task_end(pool_task *t, pool_outcome *outcome) {
-  count_end(t, outcome);
+  task_enter_phase(t, "", loop_now());
+  pool_count_run(t->ask.process, t->ask.work, outcome);
   memcpy(outcome->phase, t->phase, sizeof t->phase);
   t->calls->done(t->context, outcome);
   free(t);
