@@ -37,7 +37,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "http"))
 import daemon  # noqa: E402
 
 SEED = int(os.environ.get("SCATTERD_SEED", time.time_ns() % 1000000))
-QUEUE, JOB_QUEUE, STREAMS = 16, 100, 50
+QUEUE, JOB_QUEUE, STREAMS = 16, 20, 50
 OPTIONS = ["--workers", "2", "--queue", str(QUEUE), "--job-queue", str(JOB_QUEUE),
            "--streams", str(STREAMS), "--seconds", "20", "--receive-seconds", "3",
            "--idle-seconds", "10", "--result-seconds", "20", "--data-seconds", "20",
@@ -347,8 +347,8 @@ class Burst(Kind):
     pause = 8
 
     def step(self, turn):
-        later = turn % 3 == 2
-        count = 2 * JOB_QUEUE if later else 4 * QUEUE
+        later = turn % 2 == 1
+        count = 10 * JOB_QUEUE if later else 4 * QUEUE
         replies = self.all_at_once(self.server, count, laplace(turn, 50), later)
         for _, seconds in self.all_at_once(self.run_.bare, count, laplace(turn, 50), later):
             self.run_.answered("(bare server)", seconds)

@@ -222,7 +222,11 @@ static int64_t waiting(const jobs *j) {
 }
 
 int64_t jobs_room(const jobs *j) {
-  return j->set->job_queue - waiting(j);
+  return j->set->job_queue - waiting(j) - j->held;
+}
+
+void jobs_hold(jobs *j, int places) {
+  j->held += places;
 }
 
 int jobs_retry_after(const jobs *j) {

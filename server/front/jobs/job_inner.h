@@ -88,8 +88,9 @@ struct jobs {
   double pause;  /* until when none is started, INFINITY: no pause */
   double expiry; /* when the next result expires, by unix_now */
   int64_t budget;
-  double last; /* newest `finished`: no two are equal */
-  double mean; /* seconds of a run, weighted towards the recent ones */
+  int64_t held; /* places of jobs that are being checked */
+  double last;  /* newest `finished`: no two are equal */
+  double mean;  /* seconds of a run, weighted towards the recent ones */
   bool stopped;
   job_counts counts;
   allowance bytes; /* of requests and results */
