@@ -8,6 +8,7 @@
 #include "doc_tree.h"
 #include "inflate.h"
 #include "result.h"
+#include "utf8.h"
 
 void by_href_clear(by_href *b) {
   doc_arena_free(&b->arena);
@@ -24,11 +25,35 @@ static void refuse_size(task *t, const item *at, const char *why) {
   (void)sct_fail(&t->error, SCT_E_LIMIT, -1, "a value by reference: %s", why);
 }
 
+/* Does `at` stand in an input that is a text? */
+static bool is_for_text(const task *t, const item *at) {
+  const by_href *b = t->by_href;
+  while (at && at->up != b->inputs) at = at->up;
+  for (int k = 0; at && at->key && b->texts && b->texts[k]; k++) {
+    if (!strcmp(b->texts[k], at->key)) return true;
+  }
+  return false;
+}
+
+static const doc *text_of(task *t, const item *at, const void *bytes, size_t size) {
+  doc_tree tree;
+  if (utf8_prefix(bytes, size) < size) {
+    complain(t, at, "leads to bytes that are not UTF-8, needs a text");
+    return NULL;
+  }
+  if (doc_tree_start(&tree, t->by_href->arena, 1) && doc_tree_text(&tree, bytes, size)) {
+    return tree.root;
+  }
+  (void)sct_fail(&t->error, SCT_E_MEMORY, -1, "no memory for a text");
+  return NULL;
+}
+
 /* Reads bytes of any of our types. NULL with a complaint at `at`. */
 static const doc *decode(task *t, const item *at, media form, const void *bytes, size_t size) {
   const doc_limits most = {(int)t->limits->depth, t->limits->nodes, t->limits->decoded_bytes / 2};
   doc_arena *arena = NULL;
   doc_error error;
+  if (form == MEDIA_CSV && is_for_text(t, at)) return text_of(t, at, bytes, size);
   const doc *value = doc_from(form, bytes, size, &most, &arena, &error);
   if (!value && error.too_large) {
     refuse_size(t, at, error.text);
@@ -118,9 +143,9 @@ static const doc *fetch(task *t, const item *at) {
 
 /* All of them */
 
-static href_entry *find(const by_href *b, const char *href) {
+static href_entry *find(const by_href *b, const char *href, bool is_text) {
   href_entry *e = b->first;
-  while (e && strcmp(e->href, href)) e = e->next;
+  while (e && (e->is_text != is_text || strcmp(e->href, href))) e = e->next;
   return e;
 }
 
@@ -133,7 +158,7 @@ static href_entry *add(task *t, const item *at) {
     (void)sct_fail(&t->error, SCT_E_MEMORY, -1, "no memory for a reference");
     return NULL;
   }
-  *e = (href_entry){.next = b->first, .href = href};
+  *e = (href_entry){.next = b->first, .href = href, .is_text = is_for_text(t, at)};
   b->first = e;
   b->count++;
   return e;
@@ -142,7 +167,7 @@ static href_entry *add(task *t, const item *at) {
 static const doc *value_of(task *t, const item *at) {
   const char *text;
   if (!read_text(t, at, &text)) return NULL;
-  href_entry *e = find(t->by_href, text);
+  href_entry *e = find(t->by_href, text, is_for_text(t, at));
   if (e && !e->value) complain(t, at, "leads to nothing, as said above");
   if (e) return e->value;
   if (t->by_href->count == HREFS_MAX) {
@@ -155,11 +180,11 @@ static const doc *value_of(task *t, const item *at) {
   return e->value;
 }
 
-/* {"href": text} and nothing but what a link has beside it. */
+/* {"href": ...} and nothing but what a link has beside it. */
 static bool is_link(const doc *d) {
   static const char *const members[] = {"href", "type", "rel", "title", "hreflang", NULL};
   const doc *href = doc_member(d, "href");
-  if (!href || href->kind != DOC_TEXT) return false;
+  if (!href) return false;
   for (const doc *m = d->child; m; m = m->next) {
     int k = 0;
     while (members[k] && strcmp(members[k], m->key)) k++;
@@ -169,12 +194,26 @@ static bool is_link(const doc *d) {
 }
 
 /* {"value": text in base64, "encoding": "base64", "mediaType": ...}: bytes within the request. */
-static bool is_encoded(const doc *d, media *form) {
+static bool is_encoded(const doc *d) {
   const doc *value = doc_member(d, "value"), *encoding = doc_member(d, "encoding");
-  const doc *type = doc_member(d, "mediaType");
   bool is_base64 = encoding && encoding->kind == DOC_TEXT && !strcmp(encoding->text, "base64");
-  return is_base64 && value && value->kind == DOC_TEXT && type && type->kind == DOC_TEXT &&
-         media_find(type->text, form);
+  return is_base64 && value && value->kind == DOC_TEXT;
+}
+
+/* What such bytes are. A text need not say it, nor be of a type that we know. */
+static bool encoded_form(task *t, const item *it, media *form) {
+  const item type = item_member(it, "mediaType");
+  const char *name = "";
+  if (type.doc && !read_text(t, &type, &name)) return false;
+  if (media_find(name, form)) return true;
+  if (is_for_text(t, it) && (*name == '\0' || !strncmp(name, "text/", 5))) {
+    *form = MEDIA_CSV; /* bytes as they are */
+    return true;
+  }
+  complain(
+      t, &type, "%s, needs application/json, application/cbor, application/x-npy or text/csv",
+      type.doc ? "is a media type that is unknown here" : "is missing and required for base64");
+  return false;
 }
 
 static const doc *decode_within(task *t, const item *it, media form) {
@@ -215,9 +254,9 @@ static void resolve(task *t, const item *it) {
     if (value) replace(it->doc, value);
     return;
   }
-  media form;
-  if (is_encoded(it->doc, &form)) {
-    const doc *value = decode_within(t, it, form);
+  if (is_encoded(it->doc)) {
+    media form;
+    const doc *value = encoded_form(t, it, &form) ? decode_within(t, it, form) : NULL;
     if (value) replace(it->doc, value);
     return;
   }
@@ -230,8 +269,13 @@ static void resolve(task *t, const item *it) {
   }
 }
 
-bool by_href_resolve(task *t, const item *inputs) {
+bool by_href_resolve(task *t, const item *inputs, const char *const *texts) {
   const int before = t->complaints.found;
-  if (inputs->doc && t->by_href) resolve(t, inputs);
+  if (inputs->doc && t->by_href) {
+    t->by_href->inputs = inputs;
+    t->by_href->texts = texts;
+    resolve(t, inputs);
+    t->by_href->inputs = NULL; /* it does not outlive this call */
+  }
   return t->complaints.found == before && t->error.code == SCT_OK;
 }

@@ -31,12 +31,17 @@ static bool read_cells(task *t, const item *it, int *dim, int64_t *cells) {
 }
 
 static bool box_is_open(task *t, const item *upper, const sct_lattice *lattice) {
+  static const double longest = 1e290; /* times a number of cells it is finite */
   bool good = true;
   for (int a = 0; a < lattice->dim; a++) {
     double low = lattice->lower[a], high = lattice->upper[a];
-    if (high > low && isfinite(high - low)) continue;
+    if (high > low && high - low <= longest) continue;
     item entry = item_element(upper, NULL, a);
-    complain(t, &entry, "is %.15g, needs a number above lower, %.15g", high, low);
+    if (high > low) {
+      complain(t, &entry, "is %.15g, needs at most %g above lower, %.15g", high, longest, low);
+    } else {
+      complain(t, &entry, "is %.15g, needs a number above lower, %.15g", high, low);
+    }
     good = false;
   }
   return good;

@@ -22,6 +22,17 @@ static bool read_scheme(task *t, const item *it, sct_scheme otherwise, sct_opera
   return good;
 }
 
+/* What only lsmps has: with another scheme a value would change nothing, and who sends one that is
+ * not the default expects that it does. */
+static bool fits_scheme(task *t, const item *it, const char *member, bool is_default,
+                        const sct_operator *op) {
+  item found = item_member(it, member);
+  if (is_default || op->scheme == SCT_LSMPS) return true;
+  complain(t, &found, "is of scheme lsmps only, needs to be left out with %s",
+           sct_scheme_name(op->scheme));
+  return false;
+}
+
 static bool read_kernel(task *t, const item *it, sct_operator *op) {
   enum { NAMES_MAX = 32 };
   const char *names[NAMES_MAX + 1];
@@ -69,6 +80,8 @@ bool operator_input_read_else(task *t, const item *it, sct_scheme otherwise, sct
   good &= read_scheme(t, it, otherwise, op);
   good &= read_choices(t, it, op);
   good &= read_sizes(t, it, op);
+  good &= fits_scheme(t, it, "degree", op->degree == 2, op);
+  good &= fits_scheme(t, it, "weight", op->weight == SCT_WEIGHT_KERNEL_R2, op);
   if (!good || sct_operator_check(op, &error) == SCT_OK) return good;
   complain(t, it, "%s", error.text);
   return false;

@@ -9,7 +9,7 @@ void perform_read(task *t, const process *p, const doc *root, performance *f) {
   if (!f->state) return;
   item inputs = item_member(&f->body, "inputs");
   /* those of a batch are its children's */
-  if (!p->children && !by_href_resolve(t, &inputs)) return;
+  if (!p->children && !by_href_resolve(t, &inputs, p->texts)) return;
   execute_read(t, p, &f->body, &f->wanted);
   bool is_readable = !inputs.doc || inputs.doc->kind == DOC_OBJECT;
   if (root->kind == DOC_OBJECT && is_readable) p->read(t, &f->wanted.inputs, f->state);

@@ -34,6 +34,7 @@ typedef struct {
 typedef struct {
   const char *id;
   const char *const *inputs; /* known names, NULL at the end */
+  const char *const *texts;  /* those of them that are texts, NULL at the end; NULL: none */
   size_t state_size;
   /* Decodes and checks the inputs into the zeroed state: all culprits become complaints. */
   void (*read)(task *t, const item *inputs, void *state);

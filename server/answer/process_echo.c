@@ -4,6 +4,7 @@
 #include "process.h"
 
 static const char *const inputs[] = {"message", "pause", "values", "blob", NULL};
+static const char *const texts[] = {"message", "blob", NULL};
 
 typedef struct {
   const char *message;
@@ -58,6 +59,7 @@ static void write_values(emit *e, const task *t, const void *state) {
 const process process_echo = {
     .id = "echo",
     .inputs = inputs,
+    .texts = texts,
     .state_size = sizeof(echo),
     .read = read_echo,
     .run = run_echo,

@@ -120,8 +120,9 @@ const char *shown(const char *text, char room[SHOWN_MAX]) {
 /* What a value is, for messages; short texts and numbers are quoted. */
 static const char *got(const doc *d, char *room, size_t size) {
   char brief[SHOWN_MAX];
-  if (d->kind == DOC_NUMBER) {
-    snprintf(room, size, "%.15g", d->number);
+  if (d->kind == DOC_NUMBER) { /* integers with all their digits: they are compared with limits */
+    const bool is_integer = fabs(d->number) < 1e18 && d->number == floor(d->number);
+    snprintf(room, size, is_integer ? "%.0f" : "%.15g", d->number);
     return room;
   }
   if (d->kind == DOC_TEXT) {

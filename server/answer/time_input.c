@@ -37,7 +37,10 @@ static bool read_step(task *t, const item *it, sct_march_options *march) {
   item step = item_member(it, "step"), number = item_member(it, "diffusion_number");
   march->diffusion_number = 1;
   bool good = read_number(t, &step, &range_positive, &march->step);
-  return read_number(t, &number, &range_positive, &march->diffusion_number) && good;
+  good &= read_number(t, &number, &range_positive, &march->diffusion_number);
+  if (!good || !step.doc || !number.doc) return good;
+  complain(t, &number, "stands beside step, needs to be left out: one of the two sets the step");
+  return false;
 }
 
 bool time_input_read(task *t, const item *it, sct_march_options *march) {

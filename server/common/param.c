@@ -10,7 +10,7 @@
 #include "doc.h"
 #include "log.h"
 
-typedef enum { TEXT, URL, COUNT, BYTES, SECONDS, LEVEL, CHOICE } kind;
+typedef enum { TEXT, URL, STORE, COUNT, BYTES, SECONDS, LEVEL, CHOICE } kind;
 
 typedef struct {
   const char *name;
@@ -31,6 +31,11 @@ static const parameter table[] = {
     {"data-dir", TEXT, "DIR", AT(data_dir), "", 0, 0,
      "directory of the daemon's files; empty means $XDG_DATA_HOME/scatterd or "
      "~/.local/share/scatterd"},
+    {"store", STORE, "URL", AT(store), "", 0, 0,
+     "database of the jobs, postgresql://..., which other daemons may share; empty means SQLite in "
+     "data-dir"},
+    {"lease-seconds", SECONDS, "s", AT(lease_seconds), "15", 1, 86400,
+     "time without a sign of life after which others take the jobs of a daemon that shares store"},
     {"user", TEXT, "NAME", AT(user), "", 0, 0,
      "who to run as when started by root, once the socket is open; empty means no change"},
     {"public-url", URL, "URL", AT(public_url), "", 0, 0,
@@ -185,6 +190,13 @@ static bool read_url(const parameter *row, void *value, const char *text, fault 
   return fault_set(why, "%s: got \"%.200s\", needs http://... or https://...", row->name, text);
 }
 
+static bool read_store(const parameter *row, void *value, const char *text, fault *why) {
+  const bool good =
+      strncmp(text, "postgresql://", 13) == 0 || strncmp(text, "postgres://", 11) == 0;
+  if (good || *text == '\0') return read_text(row, value, text, why);
+  return fault_set(why, "%s: needs postgresql://..., got something else", row->name);
+}
+
 static const struct {
   const char *suffix;
   double factor;
@@ -286,10 +298,10 @@ static const struct {
   bool (*read)(const parameter *row, void *value, const char *text, fault *why);
   void (*show)(const parameter *row, const void *value, char *room, size_t size);
 } kinds[] = {
-    [TEXT] = {read_text, show_text},          [URL] = {read_url, show_text},
-    [COUNT] = {read_integer, show_integer},   [BYTES] = {read_integer, show_integer},
-    [SECONDS] = {read_seconds, show_seconds}, [LEVEL] = {read_level, show_level},
-    [CHOICE] = {read_choice, show_choice},
+    [TEXT] = {read_text, show_text},        [URL] = {read_url, show_text},
+    [STORE] = {read_store, show_text},      [COUNT] = {read_integer, show_integer},
+    [BYTES] = {read_integer, show_integer}, [SECONDS] = {read_seconds, show_seconds},
+    [LEVEL] = {read_level, show_level},     [CHOICE] = {read_choice, show_choice},
 };
 
 static bool set(parameters *p, const parameter *row, const char *text, fault *why) {
@@ -467,11 +479,14 @@ void param_manual(FILE *out) {
       ".SH SYNOPSIS\n"
       ".B scatterd\n[\\-\\-config \\fIFILE\\fR] [\\fIoptions\\fR]\n.br\n"
       ".B scatterd run\n[\\-\\-process \\fIID\\fR] [\\-o \\fIFILE\\fR] [\\fIoptions\\fR] "
-      "\\fIREQUEST\\fR\n"
+      "\\fIREQUEST\\fR\n.br\n"
+      ".B scatterd token\n\\fINAME\\fR [\\fILIMIT\\fR=\\fIVALUE\\fR...]\n"
       ".SH DESCRIPTION\n"
       "The first form serves: OGC API \\- Processes at the address of \\-\\-listen, described by\n"
       "the service itself under / and /api. The second answers one request from a file (.json\n"
-      "or .cbor; \\- is the standard input) without a server.\n"
+      "or .cbor; \\- is the standard input) without a server. The third makes a token: its line\n"
+      "of the file of \\-\\-tokens goes to the standard output, its secret to the error output;\n"
+      "limits are jobs, points, seconds, body-bytes, data-bytes, job-bytes, rate and burst.\n"
       ".SH OPTIONS\n"
       "Each may stand in the file of \\-\\-config as a line name = value; the command line wins.\n"
       "Sizes take KiB, MiB and GiB.\n",

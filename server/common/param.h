@@ -17,6 +17,8 @@ typedef struct {
   char listen[PARAM_TEXT];
   char data_dir[PARAM_TEXT];
   char user[PARAM_TEXT];
+  char store[PARAM_TEXT]; /* URL of a database; empty: SQLite in data_dir */
+  double lease_seconds;
   char public_url[PARAM_TEXT];
   char cors_origins[PARAM_TEXT];
   char hosts[PARAM_TEXT];

@@ -15,19 +15,24 @@ struct clock_watch {
   double retry; /* loop_now before which it is not tried again */
 };
 
+/* Daemons that share a store go by its clock. */
+static double step(const clock_watch *w) {
+  return store_is_shared(w->service->store) ? 0 : unix_step();
+}
+
 static bool was_set(double by) {
   return fabs(by) >= least_step;
 }
 
 void clock_watch_look(clock_watch *w) {
   const service *s = w->service;
-  const double by = unix_step();
+  const double by = step(w);
   if (was_set(by) && loop_now() < w->retry) return;
   if (was_set(by) && store_shift(s->store, by) != STORE_OK) {
     w->retry = loop_now() + retry_seconds;
     return;
   }
-  unix_follow();
+  if (!store_is_shared(s->store)) unix_follow();
   if (!was_set(by)) return;
   jobs_shift(s->jobs, by);
   data_shift(s->data, by);
@@ -38,7 +43,7 @@ void clock_watch_look(clock_watch *w) {
 
 static double due(void *self) {
   const clock_watch *w = self;
-  return was_set(unix_step()) ? w->retry : INFINITY;
+  return was_set(step(w)) ? w->retry : INFINITY;
 }
 
 static void run(void *self) {

@@ -204,7 +204,7 @@ static bool start(front *f, fault *why) {
   if (f->service.executor == NULL) return false;
   f->service.pool = pool_new(f->loop, f->set, why);
   if (f->service.pool == NULL) return false;
-  f->service.store = store_open(f->set->data_dir, why);
+  f->service.store = store_open(f->set->data_dir, f->set->store, why);
   if (f->service.store == NULL) return false;
   f->service.clock = clock_watch_new(f->loop, &f->service);
   if (f->service.clock == NULL) return fault_set(why, "out of memory");

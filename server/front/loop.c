@@ -47,6 +47,10 @@ double unix_now(void) {
   return offset + read_clock(CLOCK_BOOTTIME);
 }
 
+void unix_move(double by) {
+  offset += by;
+}
+
 double unix_step(void) {
   return is_followed ? offset_of_clock() - offset : 0;
 }

@@ -49,4 +49,7 @@ double unix_now(void);
 double unix_step(void); /* by how much (s) it has been set */
 void unix_follow(void);
 
+/* Another clock, which counts, is ahead by so much (s). */
+void unix_move(double by);
+
 #endif

@@ -13,6 +13,7 @@
 #include "counter.h"
 #include "loop.h"
 #include "media.h"
+#include "negotiate.h"
 #include "ready.h"
 
 /* ---- Requests ---- */
@@ -148,6 +149,7 @@ void metrics_serve(const service *s, exchange *x) {
   char *text = counter_text(&size);
   if (text != NULL) exchange_bytes(x, 200, counter_media, text, size);
   if (text == NULL) exchange_refuse(x, 503, "out of memory");
+  negotiate_coding(x);
 }
 
 void metrics_ready(const service *s, exchange *x) {

@@ -24,6 +24,10 @@ static bool can_write(const service *s) {
   return good;
 }
 
+static bool has_database(const service *s) {
+  return store_is_up(s->store);
+}
+
 static const struct {
   const char *name, *reason;
   bool (*holds)(const service *s);
@@ -32,6 +36,7 @@ static const struct {
     {"queue", "the queue is full", has_room},
     {"jobs", "the queue of jobs is full", has_room_for_jobs},
     {"store", "the data directory cannot be written", can_write},
+    {"database", "the database does not answer", has_database},
 };
 enum { CHECKS = sizeof checks / sizeof *checks };
 

@@ -193,15 +193,33 @@ static bool read_solve(task *t, const places *p, const item *from, const item *p
   item inputs = *from;
   inputs.doc = replaced_inputs(t, p, from, parameters, &m->in);
   if (!inputs.doc) return false;
-  bool good = read_object(t, &inputs, solve_inputs) && by_href_resolve(t, &inputs);
+  bool good = read_object(t, &inputs, solve_inputs) && by_href_resolve(t, &inputs, NULL);
   solve_input_read(t, &inputs, &m->solve.in);
   t->cloud = &m->solve.in.cloud;
   return good && task_is_well(t);
 }
 
+/* Names that no solve has, before anything that they may be the reason of. */
+static bool config_is_known(task *t, const places *p, const item *from) {
+  enum { NAMES_MAX = 32 };
+  const char *names[NAMES_MAX + 1];
+  int count = 0;
+  while (solve_inputs[count] && count < NAMES_MAX - 2) {
+    names[count] = solve_inputs[count];
+    count++;
+  }
+  if (!p->is_whole) {
+    names[count++] = "inputs";
+    names[count++] = "outputs";
+  }
+  names[count] = NULL;
+  return read_object(t, from, names);
+}
+
 static bool read_inputs(task *t, const item *body, const places *p, bool with_input, model *m) {
   const item *from = p->is_whole ? &p->inputs : &p->config;
   item parameters = item_input(from, "parameters"), input = item_member(body, "input");
+  if (!config_is_known(t, p, from)) return false;
   if (!read_object(t, &parameters, NULL)) return false;
   for (const doc *d = parameters.doc ? parameters.doc->child : NULL; d; d = d->next) {
     item value = {.doc = d, .up = &parameters, .key = d->key};

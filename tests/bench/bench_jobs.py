@@ -1,7 +1,10 @@
 #!/usr/bin/env python3
 """What jobs cost, with the real worker.
 
-    SCATTERD=... SCATTERD_STUB=... bench_jobs.py [COUNT [KILLS]]
+    SCATTERD=... SCATTERD_STUB=... bench_jobs.py [--store postgres] [COUNT [KILLS]]
+
+With --store postgres the jobs are in a PostgreSQL server that is started for it, in a temporary
+directory, with fsync on; the first row is then measured with two daemons on one store as well.
 
 Rows: COUNT (10 000) small solves submitted over four connections while none may finish before the
 last is in (a batch lane blocked by a long job), then run, with the front's memory at both ends; the
@@ -23,6 +26,7 @@ import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "http"))
 import daemon  # noqa: E402
+import postgres  # noqa: E402
 
 EXECUTE = "/processes/solve/execution"
 HEADERS = {"Content-Type": "application/json", "Prefer": "respond-async"}
@@ -209,9 +213,55 @@ def full_queue():
         thread.join()
 
 
+def statements():
+    """What a statement takes, and a transaction that writes."""
+    server = daemon.Daemon("--workers", "2", stub=False)
+    server.wait_ready()
+    job = server.request("POST", EXECUTE, solve([5, 5]), HEADERS).json["jobID"]
+    connection = server.connect()
+    times = {path: [] for path in ("/healthz", f"/jobs/{job}")}
+    for _ in range(1000):
+        for path, seconds in times.items():
+            began = time.perf_counter()
+            connection.request("GET", path)
+            connection.getresponse().read()
+            seconds.append(time.perf_counter() - began)
+    plain, asked = (1e3 * statistics.median(seconds) for seconds in times.values())
+    print(f"GET: {plain:.3f} ms of /healthz, {asked:.3f} ms of a job's status")
+    server.stop()
+
+
+def pair(count):
+    """As rates(), by two daemons on one store."""
+    url = daemon.database("pair")
+    options = ["--workers", "2", "--job-queue", str(count + 10), "--lease-seconds", "10"]
+    both = [daemon.Daemon(*options, stub=False, store=url) for _ in range(2)]
+    for server in both:
+        server.wait_ready()
+    accepted = {}
+    began = time.perf_counter()
+    threads, _ = submit_all(both[0], [solve([8, 8], k) for k in range(count)], accepted)
+    for thread in threads:
+        thread.join()
+    while jobs(both[1], "accepted,running") > 0:
+        time.sleep(0.2)
+    print(f"two daemons: {count} jobs submitted to one, {count / (time.perf_counter() - began):.0f}/s "
+          f"submitted and completed by both")
+    for server in both:
+        server.stop()
+
+
 if __name__ == "__main__":
-    COUNT = int(sys.argv[1]) if len(sys.argv) > 1 else 10000
+    arguments = sys.argv[1:]
+    if arguments[:2] == ["--store", "postgres"]:
+        os.environ["SCATTERD_TEST_STORE"] = "postgres"
+        daemon._server = postgres.Server()
+        arguments = arguments[2:]
+    COUNT = int(arguments[0]) if arguments else 10000
+    statements()
     rates(COUNT)
-    kills(COUNT, int(sys.argv[2]) if len(sys.argv) > 2 else 20)
+    if daemon.shares_store():
+        pair(COUNT)
+    kills(COUNT, int(arguments[1]) if len(arguments) > 1 else 20)
     cancel()
     full_queue()

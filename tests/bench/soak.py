@@ -24,6 +24,7 @@ import os
 import pathlib
 import random
 import selectors
+import signal
 import socket
 import statistics
 import struct
@@ -310,6 +311,37 @@ class Slow(Kind):
                 self.run_.answered("slow reader", 0)
 
 
+class Bare:
+    """A server that answers whatever it is asked at once, in a process of its own: what of the time
+    of a refusal is that of the machine."""
+
+    def __init__(self):
+        listener = socket.create_server(("127.0.0.1", 0), backlog=1024)
+        listener.settimeout(1)
+        self.port = listener.getsockname()[1]
+        self.parent = os.getpid()
+        self.pid = os.fork()
+        if self.pid == 0:
+            self.serve(listener)
+            os._exit(0)
+        listener.close()
+
+    def serve(self, listener):
+        while os.getppid() == self.parent:
+            with contextlib.suppress(OSError):  # nobody came, or has gone
+                plain = listener.accept()[0]
+                with plain:
+                    plain.recv(65536)
+                    plain.sendall(b"HTTP/1.1 503 Bare\r\n\r\n")
+
+    def raw(self):
+        return socket.create_connection(("127.0.0.1", self.port), 60)
+
+    def stop(self):
+        os.kill(self.pid, signal.SIGKILL)
+        os.waitpid(self.pid, 0)
+
+
 class Burst(Kind):
     """More at once than the queue holds: each gets its answer, or a refusal at once."""
     pause = 8
@@ -317,7 +349,9 @@ class Burst(Kind):
     def step(self, turn):
         later = turn % 3 == 2
         count = 2 * JOB_QUEUE if later else 4 * QUEUE
-        replies = self.all_at_once(count, laplace(turn, 50), later)
+        replies = self.all_at_once(self.server, count, laplace(turn, 50), later)
+        for _, seconds in self.all_at_once(self.run_.bare, count, laplace(turn, 50), later):
+            self.run_.answered("(bare server)", seconds)
         statuses = collections.Counter(status for status, _ in replies)
         allowed = {201, 429, 503} if later else {200, 503}
         expect(set(statuses) <= allowed, f"burst: {dict(statuses)}")
@@ -327,7 +361,7 @@ class Burst(Kind):
             else:
                 self.run_.answered("burst jobs" if later else "burst", seconds)
 
-    def all_at_once(self, count, body, later):
+    def all_at_once(self, server, count, body, later):
         """Status and seconds until the first byte of each reply."""
         prefer = "Prefer: respond-async\r\n" if later else ""
         request = (f"POST {SOLVE} HTTP/1.1\r\nHost: a\r\nContent-Type: application/json\r\n{prefer}"
@@ -335,7 +369,7 @@ class Burst(Kind):
         replies = []
         with selectors.DefaultSelector() as selector, contextlib.ExitStack() as stack:
             for _ in range(count):
-                plain = stack.enter_context(self.server.raw())
+                plain = stack.enter_context(server.raw())
                 began = time.monotonic()
                 plain.sendall(request)
                 selector.register(plain, selectors.EVENT_READ, began)
@@ -372,6 +406,7 @@ class Run:
     """One daemon, its clients, and what came of them."""
 
     def __init__(self, minutes):
+        self.bare = Bare()  # before there are threads
         self.server = daemon.Daemon(*OPTIONS, stub=False)
         self.server.wait_ready()
         self.seconds = 60 * minutes
@@ -468,7 +503,9 @@ def percentiles(times):
 def tell(run):
     print("| kind | answers | 50 % | 95 % | 99 % | most (ms) |\n|---|---|---|---|---|---|")
     for kind, times in sorted(run.times.items()):
-        print(f"| {kind} | {len(times)} | " + " | ".join(f"{t:.1f}" for t in percentiles(times)) + " |")
+        soon = f" {100 * sum(t <= 0.1 for t in times) / len(times):.2f} % within 100 ms"
+        print(f"| {kind} | {len(times)} | " + " | ".join(f"{t:.1f}" for t in percentiles(times)) + " |"
+              + (soon if kind == "(bare server)" else ""))
     for status, times in sorted(run.refusals.items()):
         soon = sum(t <= 0.1 for t in times) / len(times)
         print(f"| refused {status} | {len(times)} | "
@@ -502,6 +539,7 @@ def main(minutes, path=None):
     if path:
         write_csv(path, run.samples)
     status = run.server.stop()
+    run.bare.stop()
     run.read_log()
     print(f"{sum(map(len, run.times.values()))} answers, {sum(run.errors.values())} wrong, "
           f"{sum(map(len, run.refusals.values()))} refused, {len(run.log)} errors in the log, "

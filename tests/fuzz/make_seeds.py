@@ -175,8 +175,8 @@ def requests(examples, folder):
 
 def results(folder):
     source = random.Random(1)
-    for process, number in itertools.product(range(6), range(6)):
-        shape = bytes([process, number % 2, 1 + number * 2, number % 3, 255, 255])
+    for process, number in itertools.product(range(6), range(9)):
+        shape = bytes([number, process, number % 2, 1 + number, number % 3, 255, 255])
         write(folder, f"{PROCESSES[process]}-{number}", shape + source.randbytes(60 * number))
 
 

@@ -177,8 +177,11 @@ int pool_tasks(const pool *p) {
 
 /* There is one owner, nobody. */
 int pool_tasks_of(const pool *p, const char *owner) {
-  (void)owner;
-  return pool_tasks(p);
+  int count = 0;
+  for (const pool_task *t = p->first; t != NULL; t = t->next) {
+    count += strcmp(t->ask.owner, owner) == 0;
+  }
+  return count;
 }
 
 int pool_waiting(const pool *p) {

@@ -50,7 +50,7 @@ run_libfuzzer() {
 
 run_afl() {
   local target=$1 out=$build/corpus/afl-$1 from=$build/afl-seeds/$1 stats
-  mkdir -p "$from"
+  mkdir -p "$from" "$out"
   # shellcheck disable=SC2046
   find $(seeds "$target") -type f -size -4k -exec cp -t "$from" {} +
   AFL_NO_UI=1 AFL_SKIP_CPUFREQ=1 AFL_I_DONT_CARE_ABOUT_MISSING_CRASHES=1 AFL_AUTORESUME=1 \

@@ -7,8 +7,11 @@
 
 The program is $SCATTERD, the one with a worker that fails on demand $SCATTERD_STUB (stub_answer.c);
 a Case runs the latter unless `stub` is False. A daemon listens on a free port (or a Unix socket),
-keeps its files in a directory of its own, and must stop with status 0 and leave nothing behind. It may be called by any Host, unless --hosts is
-among the options.
+keeps its files in a directory of its own, and must stop with status 0 and leave nothing behind. It
+may be called by any Host, unless --hosts is among the options.
+
+With SCATTERD_TEST_STORE=postgres each daemon has a database of its own on a PostgreSQL server that
+the test starts; the test is skipped, saying why, if that is not to be had.
 """
 
 import contextlib
@@ -26,6 +29,8 @@ import threading
 import time
 import unittest
 
+import postgres
+
 EXECUTE = "/processes/solve/execution"
 # what a data directory always holds
 STORE = {"lock", "jobs", "jobs.db", "jobs.db-shm", "jobs.db-wal", "data", "runs"}
@@ -34,6 +39,26 @@ PATIENCE = 30  # seconds that anything may take on a busy machine
 
 def program(stub):
     return os.environ["SCATTERD_STUB" if stub else "SCATTERD"]
+
+
+def shares_store():
+    """Do the jobs go to PostgreSQL?"""
+    return os.environ.get("SCATTERD_TEST_STORE") == "postgres"
+
+
+_server = None
+
+
+def database(name):
+    """URL of a database on the server of this test, which is started with the first."""
+    global _server
+    if _server is None:
+        try:
+            _server = postgres.Server("fsync=off")  # the machine stays up
+        except postgres.Missing as why:
+            print(f"skipped: {why}", flush=True)
+            os._exit(postgres.SKIPPED)
+    return _server.database(name)
 
 
 def is_sanitized():
@@ -102,16 +127,21 @@ class Daemon:
     """A running daemon."""
 
     def __init__(self, *options, stub=True, unix=False, environment=None, directory=None,
-                 before=None):
+                 before=None, store=None):
         """`directory`: of an earlier daemon that was stopped with keep=True; `before`: called in
-        the new process before it becomes the daemon."""
+        the new process before it becomes the daemon; `store`: URL of the database."""
         self.directory = directory or tempfile.mkdtemp(prefix="daemon-test-")
         os.chmod(self.directory, 0o755)  # a daemon that leaves root must still reach its data
         self.socket = os.path.join(self.directory, "socket")
         listen = f"unix:{self.socket}" if unix else "127.0.0.1:0"
         self.log = []
+        if store is None and shares_store():
+            store = database(os.path.basename(self.directory))
+        self.store = store
+        shared = ["--store", store, "--lease-seconds", "3"] if store else []
         self.process = subprocess.Popen(
-            [program(stub), "--listen", listen, "--data-dir", self.data, "--hosts", "*", *options],
+            [program(stub), "--listen", listen, "--data-dir", self.data, "--hosts", "*", *shared,
+             *options],
             stdin=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
             env={**os.environ, **(environment or {})}, preexec_fn=before)
         self.pid = self.process.pid
@@ -128,6 +158,14 @@ class Daemon:
     @property
     def data(self):
         return os.path.join(self.directory, "data")
+
+    def files(self):
+        """Names of the files of jobs, JOB.KIND, or what they would be called if they are rows."""
+        if self.store:
+            kinds = "(ARRAY['request', 'checkpoint', 'result'])[kind + 1]"
+            return _server.sql(f"SELECT DISTINCT owner || '.' || {kinds} FROM large WHERE "
+                               "length(owner) = 32 ORDER BY 1", os.path.basename(self.directory))
+        return sorted(os.listdir(os.path.join(self.data, "jobs")))
 
     def _read_log(self):
         for line in self.process.stderr:

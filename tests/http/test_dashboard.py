@@ -38,6 +38,7 @@ class Page(daemon.Case):
             again = self.get("/", Accept=BROWSER, If_None_Match=known)
             self.assertEqual((again.status, again.body), (304, b""), known)
             self.assertEqual(again.headers["ETag"], etag)
+            self.assertEqual(again.headers["Content-Length"], str(len(self.page.body)))
         self.assertEqual(self.get("/", Accept=BROWSER, If_None_Match='"other"').status, 200)
 
     def test_policy(self):

@@ -1,5 +1,6 @@
 """Routes, negotiation, links, and what every reply has."""
 
+import gzip
 import json
 import unittest
 
@@ -63,6 +64,34 @@ class Documents(daemon.Case):
                 self.assertIn(b"application/problem+json", reply)
         for host in ["[::1]:80", "a-b.example", "127.0.0.1"]:
             self.assertEqual(self.get("/", Host=host).status, 200)
+
+    def test_packed_where_that_is_asked_for_and_worth_it(self):
+        for path in ("/api", "/processes", "/processes/solve"):
+            with self.subTest(path):
+                plain = self.get(path)
+                packed = self.get(path, Accept_Encoding="gzip")
+                self.assertEqual(packed.headers["Content-Encoding"], "gzip")
+                self.assertEqual(gzip.decompress(packed.body), plain.body)
+                self.assertLess(len(packed.body), len(plain.body) / 2)
+                self.assertEqual(packed.type, plain.type)
+                best = self.get(path, Accept_Encoding="gzip, zstd;q=1")
+                self.assertEqual(best.headers["Content-Encoding"], "zstd")
+                self.assertEqual(best.body[:4], b"\x28\xb5\x2f\xfd")
+                head = self.request("HEAD", path, headers={"Accept_Encoding": "gzip"})
+                self.assertEqual(head.headers["Content-Length"], str(len(packed.body)))
+                for reply in (plain, packed, best, head):
+                    self.assertIn("Accept-Encoding", reply.headers.get_all("Vary"))
+        metrics = self.get("/metrics", Accept_Encoding="gzip")
+        self.assertIn(b"# TYPE", gzip.decompress(metrics.body))
+
+    def test_as_it_is_where_packing_is_not_asked_for(self):
+        for path, field in (("/api", "identity"), ("/api", "*"), ("/api", "br"), ("/api", ""),
+                            ("/api", "gzip;q=0"), ("/api", "*;q=0"), ("/healthz", "gzip"),
+                            ("/conformance", "gzip"), ("/nothing", "gzip")):
+            with self.subTest(path=path, field=field):
+                reply = self.get(path, Accept_Encoding=field)
+                self.assertNotIn("Content-Encoding", reply.headers)
+                self.assertIsInstance(reply.json, dict)
 
     def test_limit_of_processes(self):
         everything = self.get("/processes").json["processes"]

@@ -56,6 +56,22 @@ class Systemd(unittest.TestCase):
             self.assertTrue(self.notify.recv(200).startswith(b"STOPPING=1\nEXTEND_TIMEOUT_USEC="))
             self.assertEqual(process.wait(daemon.PATIENCE), 0)
 
+    def test_reloads(self):
+        with socket.create_server(("127.0.0.1", 0)) as listener:
+            process = self.start(listener)
+            self.assertEqual(self.notify.recv(200), b"READY=1")
+            process.send_signal(signal.SIGHUP)
+            self.assertRegex(self.notify.recv(200), rb"^RELOADING=1\nMONOTONIC_USEC=\d+$")
+            self.assertEqual(self.notify.recv(200), b"READY=1")
+            process.send_signal(signal.SIGTERM)
+            self.assertEqual(process.wait(daemon.PATIENCE), 0)
+
+    def test_a_socket_beyond_loopback_takes_tokens_too(self):
+        with socket.create_server(("0.0.0.0", 0)) as listener:
+            process = self.start(listener)
+            self.assertEqual(process.wait(daemon.PATIENCE), 1)
+            self.assertIn("there are no tokens", process.stderr.read())
+
     def test_refuses_what_is_no_listening_socket(self):
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as wrong:
             process = self.start(wrong)

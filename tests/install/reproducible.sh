@@ -2,6 +2,7 @@
 # Builds the release twice - in other folders, another locale, time zone and umask, in another order
 # - and compares the bytes of program, library and Debian package. Silent if they are the same.
 #   tests/install/reproducible.sh [-DOPTION=VALUE...]     some minutes; the build folders are temporary
+# Only cpack always runs under umask 022, since that is part of what it packs.
 # SOURCE_DATE_EPOCH, the time that the package's files have, is the commit's unless it is set.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
@@ -18,7 +19,8 @@ build() { # SOURCE BUILD JOBS options
   local source=$1 folder=$2 jobs=$3
   shift 3
   { cmake -S "$source" -B "$folder" -G Ninja -DCMAKE_BUILD_TYPE=Release -DSCATTERD_TESTS=OFF "$@" &&
-    cmake --build "$folder" -j "$jobs" && (cd "$folder" && cpack -G DEB); } >"$folder.log" 2>&1 ||
+    cmake --build "$folder" -j "$jobs" && (umask 022; cd "$folder" && cpack -G DEB)
+  } >"$folder.log" 2>&1 ||
     { tail -30 "$folder.log"; exit 1; }
 }
 

@@ -104,6 +104,8 @@ static void test_cuts_between_characters(void **state) {
 
 static void test_phrases(void **state) {
   (void)state;
+  assert_string_equal(problem_phrase(409), "Conflict");
+  assert_string_equal(problem_phrase(416), "Range Not Satisfiable");
   assert_string_equal(problem_phrase(422), "Unprocessable Content");
   assert_string_equal(problem_phrase(299), "Error");
 }

@@ -1,4 +1,6 @@
-/* store.h, keep.h: rows, filters, files; one daemon at a time. */
+/* store.h, keep.h: rows, filters, files; one daemon at a time. With the URL of a PostgreSQL
+ * database in $SCATTERD_STORE everything runs on that, and what only a shared store has
+ * (store_shared.h). */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -7,27 +9,43 @@
 #include <string.h>
 
 #include <cmocka.h>
+#include <errno.h>
 #include <fcntl.h>
 #include <math.h>
+#include <sqlite3.h>
 #include <stdio.h>
 #include <sys/mman.h>
+#include <time.h>
 #include <unistd.h>
 
 #include "keep.h"
 #include "media.h"
-#include "store.h"
+#include "store_shared.h"
 
 static char directory[] = "/tmp/store-test-XXXXXX";
+static const char *url = "";
 
 static store *opened(void) {
   fault why;
-  store *s = store_open(directory, &why);
+  store *s = store_open(directory, url, &why);
   if (s == NULL) fail_msg("%s", why.text);
   return s;
 }
 
+/* Empties the database, if it is one that others keep. */
+static int clear(void) {
+  char command[600];
+  if (*url == '\0') return 0;
+  snprintf(command, sizeof command,
+           "psql -X -q '%s' -c 'SET client_min_messages = error; DROP SCHEMA public CASCADE; "
+           "CREATE SCHEMA public' >/dev/null",
+           url);
+  return system(command);
+}
+
 static int make_directory(void **state) {
   (void)state;
+  if (clear() != 0) return -1;
   strcpy(directory, "/tmp/store-test-XXXXXX");
   return mkdtemp(directory) == NULL;
 }
@@ -94,7 +112,7 @@ static void test_one_at_a_time(void **state) {
   store *s = opened();
   fault why;
   (void)state;
-  assert_null(store_open(directory, &why));
+  assert_null(store_open(directory, url, &why));
   assert_non_null(strstr(why.text, "another daemon"));
   store_close(&s);
   s = opened();
@@ -293,13 +311,305 @@ static void test_files(void **state) {
   store_close(&s);
 }
 
+/* ---- Of other versions ---- */
+
+static void run_sql(const char *text) {
+  char file[64];
+  sqlite3 *db = NULL;
+  snprintf(file, sizeof file, "%s/" STORE_DATABASE, directory);
+  assert_int_equal(sqlite3_open(file, &db), SQLITE_OK);
+  assert_int_equal(sqlite3_exec(db, text, NULL, NULL, NULL), SQLITE_OK);
+  sqlite3_close(db);
+}
+
+/* What version 2 added is taken away. */
+static void test_old_tables_become_new(void **state) {
+  store *s = opened();
+  job_row row = a_row(1), back;
+  (void)state;
+  add(s, &row);
+  store_close(&s);
+  run_sql(
+      "ALTER TABLE jobs DROP COLUMN holder; ALTER TABLE jobs DROP COLUMN phase;"
+      "ALTER TABLE jobs DROP COLUMN residual; ALTER TABLE calls DROP COLUMN holder;"
+      "ALTER TABLE data DROP COLUMN owner; PRAGMA user_version = 1");
+  s = opened();
+  assert_int_equal(store_job(s, row.id, &back), STORE_OK);
+  assert_memory_equal(&back, &row, sizeof row);
+  assert_int_equal(store_update(s, &back, "", NULL, 0), STORE_OK);
+  store_close(&s);
+}
+
+static void test_future_tables_are_left_alone(void **state) {
+  store *s = opened();
+  fault why;
+  (void)state;
+  store_close(&s);
+  run_sql("PRAGMA user_version = 99");
+  assert_null(store_open(directory, url, &why));
+  assert_non_null(strstr(why.text, "version 99"));
+}
+
+static void test_future_tables_of_others(void **state) {
+  store *s = opened();
+  char command[600];
+  fault why;
+  (void)state;
+  store_close(&s);
+  snprintf(command, sizeof command, "psql -X -q '%s' -c 'UPDATE scatterd SET version = 99'", url);
+  assert_int_equal(system(command), 0);
+  assert_null(store_open(directory, url, &why));
+  assert_non_null(strstr(why.text, "version 99"));
+}
+
+/* ---- Of a store that several share ---- */
+
+static const char me[] = "me", you[] = "you";
+
+static void live(store *s, const char *holder) {
+  double now = 0;
+  assert_int_equal(store_beat(s, holder, &now), STORE_OK);
+  assert_true(fabs(now - (double)time(NULL)) < 100);
+}
+
+/* Number of the job that is taken, 0 for none. */
+static int64_t take(store *s, const char *holder, int64_t room) {
+  job_row row;
+  const store_result result = store_take(s, holder, room, 0, &row);
+  if (result == STORE_NONE) return 0;
+  assert_int_equal(result, STORE_OK);
+  assert_string_equal(row.holder, holder);
+  return row.number;
+}
+
+static int64_t add_for(store *s, int k, const char *submitter, int priority) {
+  job_row row = a_row(k);
+  row.priority = priority;
+  row.estimate = 100 + k;
+  snprintf(row.submitter, sizeof row.submitter, "%s", submitter);
+  return add(s, &row);
+}
+
+static void test_taking_turns(void **state) {
+  store *s = opened();
+  (void)state;
+  int64_t a[3], b[1];
+  for (int k = 0; k < 3; k++) a[k] = add_for(s, k, "a", 5);
+  b[0] = add_for(s, 3, "b", 5);
+  const int64_t low = add_for(s, 4, "c", 2), high = add_for(s, 5, "c", 7);
+  assert_int_equal(store_waiting(s), 6);
+  assert_int_equal(store_active_of(s, "a"), 3);
+  assert_int_equal(take(s, me, 99), 0); /* nothing is so small */
+  assert_int_equal(take(s, me, 1000), high);
+  const int64_t first = take(s, me, 1000), second = take(s, you, 1000);
+  assert_true((first == a[0] && second == b[0]) || (first == b[0] && second == a[0]));
+  assert_int_equal(take(s, me, 1000), a[1]);
+  assert_int_equal(take(s, me, 1000), a[2]);
+  assert_int_equal(take(s, me, 1000), low);
+  assert_int_equal(take(s, me, 1000), 0);
+  assert_int_equal(store_waiting(s), 0);
+  store_close(&s);
+}
+
+static void test_only_the_holder_changes(void **state) {
+  store *s = opened();
+  (void)state;
+  job_row row = a_row(1), back;
+  add(s, &row);
+  assert_int_equal(store_claim(s, me, &row), STORE_OK);
+  assert_int_equal(store_claim(s, you, &row), STORE_NONE);
+  row.state = JOB_RUNNING;
+  snprintf(row.holder, sizeof row.holder, "%s", me);
+  assert_int_equal(store_update(s, &row, you, NULL, 0), STORE_NONE);
+  assert_int_equal(store_update(s, &row, me, NULL, 0), STORE_OK);
+  row.progress = 50;
+  row.residual = 1e-5;
+  snprintf(row.phase, sizeof row.phase, "factor");
+  assert_int_equal(store_progress(s, &row), STORE_OK);
+  assert_int_equal(store_job(s, row.id, &back), STORE_OK);
+  assert_memory_equal(&back, &row, sizeof row);
+  snprintf(back.holder, sizeof back.holder, "%s", you);
+  assert_int_equal(store_progress(s, &back), STORE_NONE);
+  list held = {0};
+  assert_int_equal(store_held(s, me, note, &held), STORE_OK);
+  assert_int_equal(held.count, 1);
+  assert_int_equal(held.number[0], row.number);
+  store_close(&s);
+}
+
+static int count_held(store *s, const char *holder) {
+  list held = {0};
+  assert_int_equal(store_held(s, holder, note, &held), STORE_OK);
+  return held.count;
+}
+
+/* Buries until it has an effect: only a server that has been up for a lease lets anybody be dead.
+ */
+static void bury(store *s, bool (*is_done)(store *s)) {
+  for (int tries = 0; tries < 600 && !is_done(s); tries++) {
+    live(s, "third");
+    assert_int_equal(store_bury(s, me, 3), STORE_OK);
+    if (!is_done(s)) usleep(50000);
+  }
+  assert_true(is_done(s));
+}
+
+static bool have_one(store *s) {
+  return count_held(s, me) > 0;
+}
+
+static void test_the_dead_are_buried(void **state) {
+  store *s = opened();
+  static const char *const holders[] = {you, you, "third"};
+  job_row row[3];
+  (void)state;
+  for (int k = 0; k < 3; k++) {
+    row[k] = a_row(k);
+    add(s, &row[k]);
+    assert_int_equal(store_claim(s, holders[k], &row[k]), STORE_OK);
+    snprintf(row[k].holder, sizeof row[k].holder, "%s", holders[k]);
+    row[k].state = k == 1 ? JOB_ACCEPTED : JOB_RUNNING;
+    assert_int_equal(store_update(s, &row[k], holders[k], NULL, 0), STORE_OK);
+  }
+  bury(s, have_one);
+  assert_int_equal(count_held(s, me), 1);                  /* what was running */
+  assert_int_equal(count_held(s, "third"), 1);             /* who lives */
+  assert_int_equal(take(s, me, INT64_MAX), row[1].number); /* what was only taken */
+  store_close(&s);
+}
+
+static bool is_due(store *s) {
+  job_call call = {0};
+  assert_int_equal(store_calls(s, 1, note_call, &call), STORE_OK);
+  return call.due < 1e11;
+}
+
+static void test_calls_are_claimed(void **state) {
+  store *s = opened();
+  (void)state;
+  job_call call, again;
+  assert_int_equal(store_add_call(s, 7, 2, 20), STORE_OK);
+  assert_int_equal(store_calls(s, 1, note_call, &call), STORE_OK);
+  again = call;
+  call.attempts = again.attempts = 1;
+  call.due = again.due = 1e12;
+  assert_int_equal(store_claim_call(s, me, &call), STORE_OK);
+  assert_int_equal(store_claim_call(s, you, &again), STORE_NONE);
+  bury(s, is_due); /* who claimed it has never beaten */
+  store_close(&s);
+}
+
+static void test_large_bytes(void **state) {
+  enum { SIZE = 2500000 };
+  store *s = opened();
+  char *bytes = malloc(SIZE), *back = malloc(SIZE);
+  (void)state;
+  for (size_t k = 0; k < SIZE; k++) bytes[k] = (char)(k * k >> 7);
+  const int from = memfd_create("from", 0);
+  assert_int_equal(write(from, bytes, SIZE), SIZE);
+  assert_int_equal(store_open_large(s, "x", 1), -1);
+  assert_int_equal(errno, ENOENT);
+  assert_int_equal(store_add_large(s, "x", 1, from, SIZE), STORE_OK);
+  int fd = store_open_large(s, "x", 1);
+  assert_int_equal(lseek(fd, 0, SEEK_END), SIZE);
+  assert_int_equal(pread(fd, back, SIZE, 0), SIZE);
+  assert_memory_equal(bytes, back, SIZE);
+  close(fd);
+  assert_int_equal(store_add_large(s, "x", 1, from, 10), STORE_OK); /* in place of the longer one */
+  fd = store_open_large(s, "x", 1);
+  assert_int_equal(lseek(fd, 0, SEEK_END), 10);
+  close(fd);
+  assert_int_equal(store_drop_large(s, "x", 0, 0), STORE_OK);
+  assert_int_equal(close(store_open_large(s, "x", 1)), 0);
+  assert_int_equal(store_drop_large(s, "x", 0, 1), STORE_OK);
+  assert_int_equal(store_open_large(s, "x", 1), -1);
+  close(from);
+  free(bytes);
+  free(back);
+  store_close(&s);
+}
+
+static void assert_hears(store *s, const char *expected) {
+  char *text = NULL;
+  for (int tries = 0; tries < 3000 && (text = store_hear(s)) == NULL; tries++) usleep(10000);
+  assert_non_null(text);
+  assert_string_equal(text, expected);
+  free(text);
+}
+
+/* What one daemon tells another hears, once, in order; not what it told itself. */
+static void test_telling(void **state) {
+  store *s = opened();
+  char second[] = "/tmp/store-test-XXXXXX", command[64];
+  fault why;
+  (void)state;
+  assert_non_null(mkdtemp(second));
+  store *other = store_open(second, url, &why);
+  assert_non_null(other);
+  assert_int_equal(store_tell(s, "first"), STORE_OK);
+  assert_int_equal(store_begin(s), STORE_OK);
+  assert_int_equal(store_tell(s, "undone"), STORE_OK);
+  store_rollback(s);
+  assert_int_equal(store_tell(s, "second"), STORE_OK);
+  assert_hears(other, "first");
+  assert_hears(other, "second");
+  assert_null(store_hear(s));
+  store_close(&other);
+  snprintf(command, sizeof command, "rm -r %s", second);
+  assert_int_equal(system(command), 0);
+  store_close(&s);
+}
+
+/* The database takes only UTF-8; keys may hold anything. */
+static void test_any_bytes(void **state) {
+  store *s = opened();
+  job_row row = a_row(1), back;
+  const job_extra extra = {.key = "caf\xe9 \xff"};
+  char digest[JOB_DIGEST];
+  (void)state;
+  assert_int_equal(store_add(s, &row, &extra), STORE_OK);
+  assert_int_equal(store_by_key(s, row.submitter, extra.key, &back, digest), STORE_OK);
+  store_close(&s);
+}
+
+static void test_a_key_is_taken_once(void **state) {
+  store *s = opened();
+  job_row row = a_row(1), other = a_row(2);
+  const job_extra extra = {.key = "k"};
+  (void)state;
+  assert_int_equal(store_add(s, &row, &extra), STORE_OK);
+  assert_int_equal(store_begin(s), STORE_OK);
+  assert_int_equal(store_add(s, &other, &extra), STORE_TAKEN);
+  assert_int_not_equal(store_commit(s), STORE_OK); /* nothing of it is there */
+  store_rollback(s);
+  assert_int_equal(store_job(s, other.id, &other), STORE_NONE);
+  store_close(&s);
+}
+
 #define CASE(f) cmocka_unit_test_setup_teardown(f, make_directory, remove_directory)
 
 int main(void) {
-  const struct CMUnitTest tests[] = {
+  const struct CMUnitTest both[] = {
       CASE(test_row_comes_back),   CASE(test_one_at_a_time), CASE(test_transactions),
       CASE(test_keys_and_digests), CASE(test_filters),       CASE(test_active_parts_and_expiry),
-      CASE(test_log_and_calls),    CASE(test_files),
+      CASE(test_log_and_calls),    CASE(test_files),         CASE(test_any_bytes),
   };
-  return cmocka_run_group_tests(tests, NULL, NULL);
+  const struct CMUnitTest own[] = {
+      CASE(test_old_tables_become_new),
+      CASE(test_future_tables_are_left_alone),
+  };
+  const struct CMUnitTest shared[] = {
+      CASE(test_future_tables_of_others),
+      CASE(test_taking_turns),
+      CASE(test_only_the_holder_changes),
+      CASE(test_the_dead_are_buried),
+      CASE(test_calls_are_claimed),
+      CASE(test_large_bytes),
+      CASE(test_telling),
+      CASE(test_a_key_is_taken_once),
+  };
+  if (getenv("SCATTERD_STORE") != NULL) url = getenv("SCATTERD_STORE");
+  const int failed = cmocka_run_group_tests(both, NULL, NULL);
+  return failed + (*url != '\0' ? cmocka_run_group_tests(shared, NULL, NULL)
+                                : cmocka_run_group_tests(own, NULL, NULL));
 }

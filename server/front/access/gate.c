@@ -4,9 +4,8 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <strings.h>
 
-#include "base64.h"
+#include "credential.h"
 #include "http.h"
 #include "log.h"
 #include "loop.h"
@@ -62,46 +61,7 @@ bool gate_is_on(const gate *g) {
   return g->tokens != NULL;
 }
 
-/* ---- Credentials ---- */
-
-static token *of_bearer(tokens *t, const char *text) {
-  return tokens_holding(t, text);
-}
-
-/* NAME:SECRET in base64. Whoever has a secret may know which name it is of; nobody else learns
- * which of the two was wrong. */
-static token *of_basic(tokens *t, const char *text) {
-  long long size = -1;
-  token *found = NULL;
-  char *pair = (char *)base64_decode(text, strlen(text), &size);
-  if (pair != NULL && size > 0 && memchr(pair, '\0', (size_t)size) == NULL) {
-    char *copy = strndup(pair, (size_t)size), *secret = copy;
-    const char *name = strsep(&secret, ":");
-    found = secret != NULL ? tokens_holding(t, secret) : NULL;
-    if (found != NULL && strcmp(found->name, name) != 0) found = NULL;
-    free(copy);
-  }
-  free(pair);
-  return found;
-}
-
-static const struct {
-  const char *name;
-  token *(*find)(tokens *t, const char *text);
-} schemes[] = {{"Bearer", of_bearer}, {"Basic", of_basic}};
-
-/* NULL for anything but good credentials. */
-static token *find(tokens *t, const char *field) {
-  const size_t length = strcspn(field, " ");
-  const char *text = field + length + strspn(field + length, " ");
-  for (size_t k = 0; k < sizeof schemes / sizeof *schemes; k++) {
-    if (strlen(schemes[k].name) != length || strncasecmp(field, schemes[k].name, length) != 0) {
-      continue;
-    }
-    return schemes[k].find(t, text);
-  }
-  return NULL;
-}
+/* ---- What an owner may keep ---- */
 
 bool gate_keep(gate *g, const char *submitter, int64_t size, const allowance_counter *counter) {
   token *t = g->tokens != NULL ? tokens_named(g->tokens, submitter) : NULL;
@@ -138,7 +98,7 @@ bool gate_check(gate *g, exchange *x) {
   char room[512];
   if (g->tokens == NULL) return true;
   const char *field = http_field(x, "Authorization", room, sizeof room);
-  token *t = field != NULL ? find(g->tokens, field) : NULL;
+  token *t = field != NULL ? credential_find(g->tokens, field) : NULL;
   if (t == NULL) {
     refuse_stranger(x);
     return false;

@@ -89,8 +89,8 @@ static bool read_digest(token *t, const char *text, fault *why) {
     return fault_set(why, "got a digest of %zu characters, needs %d of 0-9 and a-f", strlen(text),
                      DIGEST_TEXT - 1);
   }
-  for (int k = 0; k < DIGEST_BYTES; k++) {
-    to[k] = (unsigned char)(16 * hex(text[2 * k]) + hex(text[2 * k + 1]));
+  for (int k = 0; k < DIGEST_BYTES; k++, text += 2) {
+    to[k] = (unsigned char)(16 * hex(text[0]) + hex(text[1]));
   }
   return true;
 }
@@ -132,18 +132,25 @@ static bool read_token(token *t, char *line, fault *why) {
 
 /* ---- The file ---- */
 
+/* Digests are compared, all of them and each as a whole: how long that takes tells nothing. */
+static token *holder(tokens *t, const unsigned char digest[DIGEST_BYTES]) {
+  token *found = NULL;
+  for (int k = 0; k < t->count; k++) {
+    for (int s = 0; s < t->all[k].secrets; s++) {
+      if (digest_is(t->all[k].digest[s], digest)) found = &t->all[k];
+    }
+  }
+  return found;
+}
+
 /* Adds a token whose name and secrets nobody has yet. */
 static bool add(tokens *t, const token *made, fault *why) {
   if (tokens_named(t, made->name) != NULL) {
     return fault_set(why, "%s: got this name twice", made->name);
   }
-  for (int k = 0; k < t->count * TOKEN_SECRETS * made->secrets; k++) {
-    const token *other = &t->all[k / (TOKEN_SECRETS * made->secrets)];
-    const int theirs = k / made->secrets % TOKEN_SECRETS, mine = k % made->secrets;
-    if (theirs >= other->secrets) continue;
-    if (memcmp(other->digest[theirs], made->digest[mine], DIGEST_BYTES) == 0) {
-      return fault_set(why, "%s: got the secret of %s", made->name, other->name);
-    }
+  for (int k = 0; k < made->secrets; k++) {
+    const token *other = holder(t, made->digest[k]);
+    if (other != NULL) return fault_set(why, "%s: got the secret of %s", made->name, other->name);
   }
   token *all = realloc(t->all, (size_t)(t->count + 1) * sizeof *all);
   if (all == NULL) return fault_set(why, "out of memory");
@@ -163,9 +170,11 @@ static bool read_lines(tokens *t, FILE *file, const char *path, fault *why) {
   char *line = NULL;
   size_t room = 0;
   bool good = true;
-  for (int number = 1; good && getline(&line, &room, file) >= 0; number++) {
+  ssize_t length;
+  for (int number = 1; good && (length = getline(&line, &room, file)) >= 0; number++) {
     fault inner;
-    good = read_line(t, line, &inner);
+    good = strlen(line) == (size_t)length || fault_set(&inner, "got a NUL");
+    good = good && read_line(t, line, &inner);
     if (!good) fault_set(why, "tokens: %.200s:%d: %.280s", path, number, inner.text);
   }
   if (good && ferror(file)) good = fault_set(why, "tokens: %.200s: %s", path, strerror(errno));
@@ -231,17 +240,10 @@ token *tokens_named(tokens *t, const char *name) {
   return NULL;
 }
 
-/* Digests are compared, all of them and each as a whole: how long that takes tells nothing. */
 token *tokens_holding(tokens *t, const char *secret) {
   unsigned char digest[DIGEST_BYTES];
-  token *found = NULL;
   digest_bytes(secret, strlen(secret), digest);
-  for (int k = 0; k < t->count; k++) {
-    for (int s = 0; s < t->all[k].secrets; s++) {
-      if (digest_is(t->all[k].digest[s], digest)) found = &t->all[k];
-    }
-  }
-  return found;
+  return holder(t, digest);
 }
 
 /* ---- Making ---- */

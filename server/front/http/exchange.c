@@ -160,6 +160,18 @@ void exchange_bytes(exchange *x, int status, const char *type, void *bytes, size
   x->reply.size = size;
 }
 
+void exchange_unchanged(exchange *x, size_t size) {
+  set_reply(x, 304, "");
+  x->reply.size = size;
+}
+
+void exchange_pack(exchange *x, coding how, void *packed, size_t size) {
+  drop_reply(&x->reply);
+  x->reply.coding = how;
+  x->reply.bytes = x->reply.owned = packed;
+  x->reply.size = size;
+}
+
 void exchange_file(exchange *x, int status, const char *type, coding how, int fd, size_t size) {
   set_reply(x, status, type);
   x->reply.coding = how;

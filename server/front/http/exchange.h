@@ -97,6 +97,12 @@ void exchange_constant(exchange *x, int status, const char *type, coding how, co
 void exchange_bytes(exchange *x, int status, const char *type, void *bytes, size_t size);
 void exchange_file(exchange *x, int status, const char *type, coding how, int fd, size_t size);
 
+/* 304: no bytes are sent, Content-Length is that of the 200 (RFC 9110, 8.6). */
+void exchange_unchanged(exchange *x, size_t size);
+
+/* The same reply in a content coding: takes its packed bytes in place of those it has. */
+void exchange_pack(exchange *x, coding how, void *packed, size_t size);
+
 /* Bytes that come from a source, which lives until the exchange ends. */
 void exchange_stream(exchange *x, int status, const char *type, exchange_source source);
 

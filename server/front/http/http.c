@@ -182,8 +182,17 @@ static ssize_t read_source(void *self, uint64_t position, char *room, size_t siz
   return length;
 }
 
+/* The body of a reply that has none, whatever its length. */
+static ssize_t read_nothing(void *self, uint64_t position, char *room, size_t size) {
+  (void)self, (void)position, (void)room, (void)size;
+  return MHD_CONTENT_READER_END_WITH_ERROR;
+}
+
 static struct MHD_Response *response_of(connection *c) {
   exchange_reply *r = &c->x->reply;
+  if (r->status == 304) {
+    return MHD_create_response_from_callback(r->size, 1, read_nothing, NULL, NULL);
+  }
   if (r->source.read != NULL) {
     return MHD_create_response_from_callback(MHD_SIZE_UNKNOWN, 4096, read_source, c, NULL);
   }

@@ -11,4 +11,8 @@ int negotiate(exchange *x, const char *const *offers, int count);
 /* Does it take JSON? If not there is a 406. */
 bool negotiate_json(exchange *x);
 
+/* Packs a reply of status 200 that is in memory, in the coding that the client asks for by name, if
+ * it is worth it. One that takes nothing we have gets it as it is. Adds Vary. */
+void negotiate_coding(exchange *x);
+
 #endif

@@ -40,7 +40,7 @@ static void serve(exchange *x, const asset *a) {
   exchange_add(x, "Vary", "Accept, Accept-Encoding");
   exchange_add(x, "X-Content-Type-Options", "nosniff");
   if (is_known(x, a->etag)) {
-    exchange_constant(x, 304, "", CODING_IDENTITY, "", 0);
+    exchange_unchanged(x, packed ? a->packed_size : a->size);
   } else if (packed) {
     exchange_constant(x, 200, a->type, CODING_GZIP, a->packed, a->packed_size);
   } else {

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "document.h"
+#include "negotiate.h"
 
 static const char mark[] = "{B}";
 
@@ -49,6 +50,7 @@ void site_serve(exchange *x, const char *name, const char *type) {
     return;
   }
   exchange_bytes(x, 200, type, bytes, size);
+  negotiate_coding(x);
 }
 
 void site_processes(exchange *x, int64_t limit) {

@@ -1,5 +1,6 @@
 #include "batch_results.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -9,6 +10,8 @@
 #include "http.h"
 #include "job_status.h"
 #include "negotiate.h"
+
+static const double late_seconds = 2;
 
 typedef struct {
   bool by_line;
@@ -27,6 +30,7 @@ struct batch_results {
   const layout *layout;
   int entries;     /* begun */
   double finished; /* by line: when the last one shown had */
+  bool *shown;     /* by line: which parts have been */
   bool began, ended;
   /* the entry being sent: text, bytes of the file, closing */
   char *text;
@@ -110,14 +114,39 @@ static void render(batch_results *b) {
 
 /* ---- What comes next ---- */
 
+static bool show_part(batch_results *b) {
+  const int k = b->part.part;
+  if (k < 0 || k >= b->batch.parts || b->shown[k]) return false;
+  b->shown[k] = true;
+  b->finished = fmax(b->finished, b->part.finished);
+  return true;
+}
+
+/* Parts that other daemons ran may be seen a bit later than others that ended after them. */
+static bool find_ended(batch_results *b, store *s) {
+  double after = b->finished - (store_is_shared(s) ? late_seconds : 0);
+  while (store_next_ended(s, b->batch.number, after, &b->part) == STORE_OK) {
+    if (show_part(b)) return true;
+    after = b->part.finished;
+  }
+  return false;
+}
+
+/* Of a batch that is over: what was seen too late. */
+static bool find_left(batch_results *b, store *s) {
+  for (int k = 0; k < b->batch.parts; k++) {
+    if (b->shown[k] || store_part(s, b->batch.number, k, &b->part) != STORE_OK) continue;
+    if (show_part(b)) return true;
+  }
+  return false;
+}
+
 static bool find_part(batch_results *b) {
   store *s = jobs_store(b->service->jobs);
   if (!b->layout->by_line) {
     return store_part(s, b->batch.number, b->entries, &b->part) == STORE_OK;
   }
-  if (store_next_ended(s, b->batch.number, b->finished, &b->part) != STORE_OK) return false;
-  b->finished = b->part.finished;
-  return true;
+  return find_ended(b, s) || (b->over && find_left(b, s));
 }
 
 static void begin_part(batch_results *b) {
@@ -211,6 +240,12 @@ batch_results *batch_results_new(const service *s, exchange *x, const job_view *
     return NULL;
   }
   *b = (batch_results){.service = s, .x = x, .batch = batch->row, .file = -1, .body = -1};
+  b->shown = calloc((size_t)batch->row.parts, sizeof *b->shown);
+  if (b->shown == NULL) {
+    free(b);
+    exchange_refuse(x, 503, "out of memory");
+    return NULL;
+  }
   b->layout = chosen == 0 ? &document : &lines;
   b->over = batch->active == NULL;
   b->watch = (job_watch){.changed = changed, .self = b};
@@ -226,6 +261,7 @@ void batch_results_free(batch_results **b) {
   if ((*b)->file >= 0) close((*b)->file);
   if ((*b)->body >= 0) close((*b)->body);
   free((*b)->text);
+  free((*b)->shown);
   free(*b);
   *b = NULL;
 }

@@ -14,8 +14,11 @@
 #include "job_status.h"
 #include "outbound.h"
 #include "problem.h"
+#include "store_shared.h"
 
 enum { AT_ONCE = 8, REPLY_BYTES = 65536 };
+static const double claim_seconds = 120; /* after which a call that a daemon took is due again */
+static const double look_seconds = 5;    /* between looks for calls that another daemon left */
 static const double call_seconds = 30;
 static const double first_pause = 1, pause_factor = 4, longest_pause = 3600;
 static const char *const members[] = {"successUri", "inProgressUri", "failedUri"};
@@ -208,16 +211,27 @@ static void render(calling *c) {
   if (c->task == NULL) end_for_now(c, "the results cannot be read now");
 }
 
+/* Counts the attempt; among several daemons it is made by the one that could count it. */
+static bool claim(calling *c, store *s) {
+  c->call.attempts++;
+  if (!store_is_shared(s)) return true;
+  c->call.due = unix_now() + claim_seconds;
+  return store_claim_call(s, jobs_holder(c->all->service->jobs), &c->call) == STORE_OK;
+}
+
 static void begin(calling *c, const job_call *call) {
   store *s = jobs_store(c->all->service->jobs);
   c->busy = true;
   c->call = *call;
+  if (!claim(c, s)) {
+    clear(c);
+    return;
+  }
   if (store_job_number(s, call->job, &c->row) != STORE_OK ||
       store_extra(s, call->job, &c->extra) != STORE_OK || c->row.state == JOB_DISMISSED) {
     end_for_good(c); /* there is nothing to tell any more */
     return;
   }
-  c->call.attempts++;
   if (call->kind == 0 && c->row.parts == 0) {
     render(c);
     return;
@@ -256,7 +270,8 @@ static calling *slot_for(callbacks *all, const job_call *call) {
 static void look(callbacks *all) {
   found f = {0};
   all->looked = true;
-  all->due = INFINITY;
+  const bool shared = store_is_shared(all->service->store);
+  all->due = shared ? unix_now() + look_seconds : INFINITY;
   if (store_calls(jobs_store(all->service->jobs), 2 * AT_ONCE, note_found, &f) != STORE_OK) return;
   const double now = unix_now();
   for (int k = 0; k < f.count; k++) {

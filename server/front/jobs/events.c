@@ -187,7 +187,7 @@ static int64_t last_known(const exchange *x) {
 /* Where a client begins: after the last event it knows, or with the state of now. */
 static void begin(stream *t, int64_t known) {
   t->ended = t->now.active == NULL;
-  t->owes = known == 0 || t->ended;
+  t->owes = known == 0 || t->ended || t->now.elsewhere;
   t->last = known != 0 && !t->ended ? known : t->ended ? job_event_last(&t->now.row) : t->now.event;
 }
 

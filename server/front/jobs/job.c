@@ -10,7 +10,8 @@
 #include <time.h>
 #include <unistd.h>
 
-#include "job_inner.h"
+#include "job_shared.h"
+#include "store_shared.h"
 
 /* ---- The jobs in memory ---- */
 
@@ -43,6 +44,7 @@ void job_free(job *c) {
   tdelete(c, &c->all->by_id, by_id);
   (void)count(c, -1);
   while (c->watches != NULL) job_watch_off(c->watches);
+  if (c->batch != NULL && c->batch->members > 0) c->batch->members--;
   if (c->body >= 0) close(c->body);
   if (c->checkpoint >= 0) close(c->checkpoint);
   job_files_clear(c);
@@ -62,6 +64,7 @@ job *job_find(jobs *j, const char *id) {
 job_view job_look(const job *c) {
   job_view view = {.row = c->row, .active = (job *)c};
   if (c->events != NULL) view.event = c->events->last;
+  view.elsewhere = c->elsewhere;
   if (c->row.state == JOB_RUNNING) {
     memcpy(view.phase, c->row.phase, sizeof view.phase);
     view.residual = c->row.residual;
@@ -159,7 +162,7 @@ void job_tell(job *c, job_event_kind kind) {
 
 /* What cannot be stored yet is not told: the row is then as it was. */
 job_view jobs_view(jobs *j, const job_row *row) {
-  job *c = job_find(j, row->id);
+  job *c = j->shared != NULL ? job_shared_look(j, row) : job_find(j, row->id);
   job_view view = {.row = *row, .active = c};
   if (c != NULL && !c->changed) view = job_look(c);
   if (job_state_is_final((job_state)view.row.state)) view.active = NULL;
@@ -189,7 +192,12 @@ typedef struct {
 static bool visit_fresh(void *context, const job_row *row) {
   const refresh *r = context;
   const job *c = job_find(r->jobs, row->id);
-  return r->visit(r->context, c != NULL && !c->changed ? &c->row : row);
+  const bool is_newer =
+      c != NULL && !c->changed && !c->elsewhere &&
+      !job_state_is_final((job_state)row->state); /* dismissed by another daemon */
+  job_row now = is_newer ? c->row : *row;
+  if (r->jobs->shared != NULL) job_shared_fill(r->jobs, &now);
+  return r->visit(r->context, &now);
 }
 
 store_result jobs_list(jobs *j, const store_filter *f, store_visit *visit, void *context) {
@@ -207,15 +215,24 @@ int jobs_result(jobs *j, const job_row *row) {
   return job_files_open(j, row, JOB_RESULT);
 }
 
+static int64_t waiting(const jobs *j) {
+  return j->shared != NULL ? job_shared_waiting(j->shared) : (int64_t)job_queue_length(j->queue);
+}
+
 int64_t jobs_room(const jobs *j) {
-  return j->set->job_queue - (int64_t)job_queue_length(j->queue);
+  return j->set->job_queue - waiting(j);
 }
 
 int jobs_retry_after(const jobs *j) {
   return (int)ceil(fmin(300, fmax(1, j->mean)));
 }
 
+const char *jobs_holder(const jobs *j) {
+  return j->shared != NULL ? job_shared_id(j->shared) : "";
+}
+
 int64_t jobs_of(const jobs *j, const char *submitter) {
+  if (j->shared != NULL) return store_active_of(j->store, submitter);
   return job_tally_of(&j->tally, submitter);
 }
 
@@ -236,7 +253,7 @@ int64_t jobs_most_memory_of(const jobs *j, const char *process, int64_t points) 
 
 job_counts jobs_counts(const jobs *j) {
   job_counts counts = j->counts;
-  counts.waiting = (int64_t)job_queue_length(j->queue);
+  counts.waiting = waiting(j);
   return counts;
 }
 
@@ -255,6 +272,7 @@ static bool make_id(char id[JOB_ID]) {
 }
 
 static store_result result_of_errno(void) {
+  if (errno == EHOSTDOWN) return STORE_DOWN;
   return errno == ENOSPC || errno == EDQUOT ? STORE_FULL : STORE_FAILED;
 }
 
@@ -366,7 +384,7 @@ static bool dismiss_part(void *context, const job_row *row) {
 
 static store_result write_dismissed(store *s, const job_row *row) {
   store_result result = store_begin(s);
-  if (result == STORE_OK) result = store_update(s, row, row->holder, NULL, 0);
+  if (result == STORE_OK) result = store_update(s, row, "", NULL, 0);
   if (result == STORE_OK) result = store_drop_small(s, row->number, -1);
   if (result == STORE_OK) result = store_log(s, row->number, row->updated, "dismissed");
   if (result == STORE_OK) result = store_commit(s);
@@ -387,6 +405,7 @@ static store_result dismiss_stored(jobs *j, const job_row *row, job_view *view) 
 }
 
 store_result jobs_dismiss(jobs *j, const job_row *row, job_view *view) {
+  if (j->shared != NULL) return job_shared_dismiss(j, row, view);
   job *c = job_find(j, row->id);
   *view = (job_view){0};
   if (c == NULL) return dismiss_stored(j, row, view);
@@ -395,7 +414,7 @@ store_result jobs_dismiss(jobs *j, const job_row *row, job_view *view) {
                           .created_most = INFINITY,
                           .has_parent = true,
                           .parent = c->row.number,
-                          .limit = -1};
+                          .limit = INT64_MAX};
     (void)store_list(j->store, &parts, dismiss_part, j);
   }
   job_stop(c);

@@ -81,6 +81,7 @@ typedef struct {
   double residual; /* of the iteration in that phase, 0 if not known */
   job *active;     /* NULL if it is over */
   int64_t event;   /* id of its newest event, 0 if none is kept */
+  bool elsewhere;  /* another daemon may have it: what happened before is not known here */
 } job_view;
 
 /* A stored job as it is now. */
@@ -144,6 +145,9 @@ bool job_events_dropped(const job *which);
 store_result jobs_dismiss(jobs *j, const job_row *row, job_view *view);
 
 /* ---- Counting ---- */
+
+/* What this daemon is called in a shared store; "" in one of its own. */
+const char *jobs_holder(const jobs *j);
 
 typedef struct {
   int64_t waiting, running;

@@ -1,6 +1,6 @@
 /* The bytes of jobs: request, checkpoint, result. What is small stands in the store beside the row,
  * written in the row's transaction, and so costs no fsync of its own; what is larger is a file
- * (keep.h), there before the row says so. */
+ * (keep.h), there before the row says so, or in a shared store in that transaction as well. */
 #include <errno.h>
 #include <fcntl.h>
 #include <math.h>
@@ -22,6 +22,32 @@ static void name_file(const job_row *row, job_file kind, char name[64]) {
   snprintf(name, 64, "%s.%s", row->id, kinds[kind]);
 }
 
+static bool write_checkpoint(job *c, int fd, size_t size) {
+  store *s = c->all->store;
+  store_result result = store_begin(s);
+  if (result == STORE_OK) result = store_add_large(s, c->row.id, JOB_CHECKPOINT, fd, size);
+  if (result == STORE_OK) result = store_commit(s);
+  if (result != STORE_OK) store_rollback(s);
+  errno = store_errno(result);
+  return result == STORE_OK;
+}
+
+/* A large one of a shared store is written with the row; a checkpoint, which no row tells of, now.
+ */
+static bool keep_large(job *c, job_file kind, int fd, size_t size) {
+  char name[64];
+  if (!store_is_shared(c->all->store)) {
+    name_file(&c->row, kind, name);
+    return keep_file(store_files(c->all->store), name, fd, size);
+  }
+  if (kind == JOB_CHECKPOINT) return write_checkpoint(c, fd, size);
+  const int own = fcntl(fd, F_DUPFD_CLOEXEC, 3);
+  if (own < 0) return false;
+  if (c->large[kind].fd > 0) close(c->large[kind].fd);
+  c->large[kind] = (job_large){own, size};
+  return true;
+}
+
 static int64_t count(void *self, const char *owner) {
   return store_job_bytes(self, owner);
 }
@@ -37,15 +63,11 @@ static bool has_room(job *c, int64_t size) {
 }
 
 bool job_files_keep(job *c, job_file kind, int fd, size_t size) {
-  char name[64];
   if (kind != JOB_CHECKPOINT && !has_room(c, (int64_t)size)) {
     errno = EDQUOT;
     return false;
   }
-  name_file(&c->row, kind, name);
-  if (size > SMALL || kind == JOB_CHECKPOINT) {
-    return keep_file(store_files(c->all->store), name, fd, size);
-  }
+  if (size > SMALL || kind == JOB_CHECKPOINT) return keep_large(c, kind, fd, size);
   job_small *small = &c->small[kind];
   free(small->bytes);
   *small = (job_small){malloc(size + 1), size};
@@ -63,7 +85,7 @@ bool job_files_copy(job *c, const job_row *from) {
   if (fd < 0) return false;
   char name[64], other[64];
   bool good;
-  if (from->result_size <= SMALL) {
+  if (from->result_size <= SMALL || store_is_shared(c->all->store)) {
     good = job_files_keep(c, JOB_RESULT, fd, (size_t)from->result_size);
   } else {
     name_file(from, JOB_RESULT, name);
@@ -78,8 +100,11 @@ bool job_files_copy(job *c, const job_row *from) {
 int job_files_open(jobs *j, const job_row *row, job_file kind) {
   char name[64];
   size_t size = 0;
+  const bool shared = store_is_shared(j->store);
+  if (shared && kind == JOB_CHECKPOINT) return store_open_large(j->store, row->id, (int)kind);
   void *bytes = store_small(j->store, row->number, (int)kind, &size);
   if (bytes == NULL && errno != ENOENT) return -1;
+  if (bytes == NULL && shared) return store_open_large(j->store, row->id, (int)kind);
   if (bytes == NULL) {
     name_file(row, kind, name);
     return keep_open(store_files(j->store), name);
@@ -94,17 +119,28 @@ int job_files_open(jobs *j, const job_row *row, job_file kind) {
   return fd;
 }
 
+/* What one that is over does not need. */
+static store_result drop_written(job *c) {
+  store *s = c->all->store;
+  const bool all = c->row.state == JOB_DISMISSED;
+  const store_result result = store_drop_small(s, c->row.number, all ? -1 : (int)JOB_REQUEST);
+  if (result != STORE_OK || !store_is_shared(s)) return result;
+  return store_drop_large(s, c->row.id, 0, all ? JOB_FILES : JOB_CHECKPOINT);
+}
+
 store_result job_files_write(job *c) {
+  store *s = c->all->store;
   const bool over = job_state_is_final((job_state)c->row.state);
-  store_result result = STORE_OK;
-  if (over) {
-    const bool all = c->row.state == JOB_DISMISSED;
-    result = store_drop_small(c->all->store, c->row.number, all ? -1 : (int)JOB_REQUEST);
-  }
+  store_result result = over ? drop_written(c) : STORE_OK;
   for (int k = 0; k < JOB_FILES && result == STORE_OK; k++) {
     const job_small *small = &c->small[k];
-    if (small->bytes == NULL || (over && k != (int)JOB_RESULT)) continue;
-    result = store_add_small(c->all->store, c->row.number, k, small->bytes, small->size);
+    const job_large *large = &c->large[k];
+    if (over && k != (int)JOB_RESULT) continue;
+    if (small->bytes != NULL) {
+      result = store_add_small(s, c->row.number, k, small->bytes, small->size);
+    } else if (large->fd > 0) {
+      result = store_add_large(s, c->row.id, k, large->fd, large->size);
+    }
   }
   return result;
 }
@@ -113,6 +149,8 @@ void job_files_clear(job *c) {
   for (int k = 0; k < JOB_FILES; k++) {
     free(c->small[k].bytes);
     c->small[k] = (job_small){0};
+    if (c->large[k].fd > 0) close(c->large[k].fd);
+    c->large[k] = (job_large){0};
   }
 }
 
@@ -123,6 +161,7 @@ static bool drop_part(void *context, const job_row *row) {
 
 void job_files_drop(jobs *j, const job_row *row, bool result) {
   char name[64];
+  if (store_is_shared(j->store)) return; /* with the row */
   for (int k = 0; k < JOB_FILES; k++) {
     if (k == JOB_RESULT && (!result || row->result_size <= SMALL)) continue;
     if (k == JOB_REQUEST && (row->parent != 0 || row->size <= SMALL)) continue;
@@ -134,6 +173,6 @@ void job_files_drop(jobs *j, const job_row *row, bool result) {
                         .created_most = INFINITY,
                         .has_parent = true,
                         .parent = row->number,
-                        .limit = -1};
+                        .limit = INT64_MAX};
   (void)store_list(j->store, &parts, drop_part, j);
 }

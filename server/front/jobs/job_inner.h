@@ -21,6 +21,11 @@ typedef struct {
   size_t size;
 } job_small;
 
+typedef struct {
+  int fd; /* 0 for none */
+  size_t size;
+} job_large;
+
 struct job {
   job_row row;
   jobs *all;
@@ -41,10 +46,20 @@ struct job {
   job *next_changed;
   job_extra *extra; /* of a new one */
   job_small small[JOB_FILES];
-  char *problem; /* of a failed one */
+  job_large large[JOB_FILES]; /* if the store takes them */
+  char *problem;              /* of a failed one */
   size_t problem_size;
   void (*stored)(void *self, const job_row *row, store_result result);
   void *stored_self;
+  /* of several daemons (job_shared.h) */
+  bool elsewhere;        /* not ours: the row as it was read last */
+  char held[JOB_HOLDER]; /* holder as it is stored */
+  bool lost;             /* found to be another's, or dismissed, when it was to be stored */
+  int members;           /* parts in memory, of a batch */
+  unsigned round;        /* in which it was seen to be ours */
+  int told_progress;     /* what the others know of its progress */
+  double told_residual;
+  char told_phase[JOB_PHASE];
   /* watched */
   job_watch *watches;
   job_events *events;
@@ -59,6 +74,7 @@ struct jobs {
   void *by_id;     /* tsearch */
   job_tally tally; /* of those in memory, batches by their parts */
   job_queue *queue;
+  struct job_shared *shared; /* NULL: no other daemon has jobs here */
   job *changed, **last_changed;
   double retry;  /* when to try again to store what could not be */
   double pause;  /* until when none is started, INFINITY: no pause */
@@ -108,6 +124,8 @@ void job_stop(job *c);  /* off the queue, off its worker or its executor */
 bool job_adopt(job *c); /* from the executor, which still has it */
 
 /* job_recover.c */
+void job_wait_again(job *c);  /* its run ended with a daemon */
+bool job_count_parts(job *c); /* of a batch; ends it if all are over. False: they cannot be read */
 bool jobs_recover(jobs *j, fault *why);
 void jobs_expire(jobs *j);
 

@@ -224,6 +224,7 @@ static void reply_emitted(exchange *x, emit *e) {
   }
   memcpy(copy, bytes, size);
   exchange_bytes(x, 200, media_type(MEDIA_JSON), copy, size);
+  negotiate_coding(x);
 }
 
 void job_list_serve(const service *s, exchange *x) {

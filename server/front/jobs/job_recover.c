@@ -1,11 +1,12 @@
 /* What the last daemon left, and what is too old. */
 #include <math.h>
+#include <search.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
-#include "job_inner.h"
+#include "job_shared.h"
 #include "keep.h"
 #include "log.h"
 
@@ -28,7 +29,7 @@ static bool find_batch(recovery *r, job *c) {
 }
 
 /* Parts that are over are no longer in memory. */
-static bool count_parts(job *c) {
+bool job_count_parts(job *c) {
   int64_t count[JOB_STATES];
   if (store_part_states(c->all->store, c->row.number, count) != STORE_OK) return false;
   c->failed = (int)(count[JOB_FAILED] + count[JOB_DISMISSED]);
@@ -38,7 +39,7 @@ static bool count_parts(job *c) {
   return true;
 }
 
-static void wait_again(job *c) {
+void job_wait_again(job *c) {
   const jobs *j = c->all;
   if (job_adopt(c)) return;
   if (c->row.state == JOB_RUNNING && c->row.attempts >= j->set->job_attempts) {
@@ -50,19 +51,19 @@ static void wait_again(job *c) {
   if (c->row.state == JOB_RUNNING) {
     job_become(c, JOB_ACCEPTED, "waits again: the service ended in attempt %d", c->row.attempts);
   }
-  (void)job_enqueue(c, false);
+  if (j->shared == NULL) (void)job_enqueue(c, false); /* else whoever takes it */
 }
 
 static bool take_up(void *context, const job_row *row) {
   recovery *r = context;
   job *c = job_new(r->jobs, row);
-  r->failed = c == NULL || (c->row.parts > 0 && !count_parts(c));
+  r->failed = c == NULL || (c->row.parts > 0 && !job_count_parts(c));
   if (r->failed) return false;
   r->count++;
   if (c->row.parts > 0) {
     r->batch = c;
   } else if (find_batch(r, c)) {
-    wait_again(c);
+    job_wait_again(c);
   } else {
     job_become(c, JOB_DISMISSED, "its batch is over");
   }
@@ -93,6 +94,7 @@ static bool is_active(void *context, const char *name) {
 
 bool jobs_recover(jobs *j, fault *why) {
   recovery r = {.jobs = j};
+  if (j->shared != NULL) return true; /* others may be at work */
   if (store_active(j->store, take_up, &r) != STORE_OK || r.failed) {
     return fault_set(why, "data-dir: the jobs cannot be read");
   }
@@ -137,10 +139,11 @@ static bool forget(jobs *j, expired *e) {
 }
 
 void jobs_expire(jobs *j) {
-  static const double pause = 60; /* after a failure */
+  static const double pause = 60; /* after a failure, and as others may have jobs that expire */
   expired *e = calloc(1, sizeof *e);
   const bool good = e != NULL && forget(j, e);
   j->expiry = good ? store_first_expiry(j->store) : unix_now() + pause;
+  if (j->shared != NULL) j->expiry = fmin(j->expiry, unix_now() + pause);
   free(e);
 }
 
@@ -153,12 +156,14 @@ void jobs_shift(jobs *j, double by) {
 static double due(void *self) {
   const jobs *j = self;
   const double save = j->changed == NULL ? INFINITY : j->retry > 0 ? j->retry : 0;
-  return fmin(fmin(save, j->pause), loop_now() + (j->expiry - unix_now()));
+  const double shared = j->shared != NULL ? job_shared_due(j->shared) : INFINITY;
+  return fmin(fmin(fmin(save, shared), j->pause), loop_now() + (j->expiry - unix_now()));
 }
 
 static void run(void *self) {
   jobs *j = self;
   jobs_flush(j);
+  if (j->shared != NULL) job_shared_run(j->shared);
   if (j->expiry <= unix_now()) jobs_expire(j);
   if (j->pause <= loop_now()) j->pause = INFINITY;
   jobs_schedule(j);
@@ -178,6 +183,11 @@ jobs *jobs_new(loop *l, const parameters *set, pool *p, executor *x, store *s, f
   j->expiry = j->pause = INFINITY;
   j->budget = budget_of(set);
   if (j->queue == NULL) goto failed;
+  if (store_is_shared(s)) {
+    j->expiry = 0;
+    j->shared = job_shared_new(j);
+    if (j->shared == NULL) goto failed;
+  }
   if (!jobs_recover(j, why)) {
     jobs_free(&j);
     return NULL;
@@ -188,11 +198,18 @@ jobs *jobs_new(loop *l, const parameters *set, pool *p, executor *x, store *s, f
   return j;
 failed:
   fault_set(why, "out of memory");
+  if (j != NULL) job_queue_free(&j->queue);
   free(j);
   return NULL;
 }
 
+static void leave_batch(const void *node, VISIT when, int depth) {
+  (void)depth;
+  if (when == postorder || when == leaf) (*(job *const *)node)->batch = NULL;
+}
+
 static void free_all(jobs *j) {
+  twalk(j->by_id, leave_batch); /* which may go first */
   while (j->by_id != NULL) job_free(*(job **)j->by_id);
 }
 
@@ -205,6 +222,7 @@ void jobs_free(jobs **j) {
   }
   pool_on_room((*j)->pool, NULL, NULL);
   executor_on_room((*j)->executor, NULL, NULL);
+  job_shared_free(&(*j)->shared);
   free_all(*j);
   job_queue_free(&(*j)->queue);
   job_tally_clear(&(*j)->tally);

@@ -13,7 +13,7 @@
 bool job_of_route(const service *s, exchange *x, job_view *view) {
   const store_result result = jobs_find(s->jobs, x->owner, x->item, view);
   if (result == STORE_NONE) job_refuse_missing(x, x->item);
-  if (result == STORE_FULL || result == STORE_FAILED) job_refuse_store(x, result);
+  if (result != STORE_OK && result != STORE_NONE) job_refuse_store(x, result);
   return result == STORE_OK;
 }
 
@@ -44,7 +44,8 @@ static void reply_status(status_task *t, const job_view *view) {
   exchange_add(t->x, "ETag", "%s", tag);
   exchange_add(t->x, "Cache-Control", "no-cache");
   if (knows(t, tag)) {
-    exchange_bytes(t->x, 304, media_type(MEDIA_JSON), bytes, 0);
+    free(bytes);
+    exchange_unchanged(t->x, size);
   } else {
     exchange_bytes(t->x, 200, media_type(MEDIA_JSON), bytes, size);
   }

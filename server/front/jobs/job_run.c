@@ -9,7 +9,7 @@
 #include <sys/sendfile.h>
 #include <unistd.h>
 
-#include "job_inner.h"
+#include "job_shared.h"
 #include "log.h"
 #include "problem.h"
 
@@ -57,7 +57,7 @@ void job_advance(job *c, double fraction) {
   job_touch(c);
   if (more) job_tell(c, JOB_EVENT_PROGRESS);
   job *batch = c->batch;
-  if (batch == NULL || batch->row.parts == 0) return;
+  if (batch == NULL || batch->row.parts == 0 || c->all->shared != NULL) return;
   batch->sum += step;
   if (advance_row(batch, batch->sum / batch->row.parts)) {
     batch->row.updated = c->row.updated;
@@ -87,7 +87,9 @@ static void begin_run(job *c) {
                place);
   }
   job *batch = c->batch;
-  if (batch != NULL && batch->row.state == JOB_ACCEPTED) {
+  if (batch != NULL && c->all->shared != NULL) {
+    job_shared_begin_batch(batch);
+  } else if (batch != NULL && batch->row.state == JOB_ACCEPTED) {
     job_become(batch, JOB_RUNNING, "runs, %d parts", batch->row.parts);
   }
 }
@@ -171,9 +173,9 @@ static void end_refused(job *c, const pool_outcome *o) {
                *o->detail != '\0' ? o->detail : problem_phrase(o->status));
 }
 
-/* Does an error say that the front has run out of something that it will have again? */
+/* Does an error say that the front lacks something that it will have again? */
 static bool is_passing(int error) {
-  return error == EMFILE || error == ENFILE || error == ENOMEM;
+  return error == EMFILE || error == ENFILE || error == ENOMEM || error == EHOSTDOWN;
 }
 
 /* This attempt came to nothing, by no fault of the job: it waits for the next, if it has one. */
@@ -192,7 +194,10 @@ static void end_unkept(job *c, int error) {
 }
 
 static void end_replied(job *c, const pool_outcome *o) {
-  if (o->status != 200) {
+  const bool unheard = o->status == 503 && c->all->shared != NULL; /* values by reference */
+  if (unheard && wait_again(c, "the database did not answer")) {
+    log_say(LOG_INFO, "retry", "job %s", c->row.id);
+  } else if (o->status != 200) {
     end_refused(c, o);
   } else if (!job_files_keep(c, JOB_RESULT, o->fd, o->size)) {
     end_unkept(c, errno);
@@ -285,6 +290,7 @@ static ipc_ask ask_of(const job *c) {
 }
 
 static void open_checkpoint(job *c, ipc_ask *ask) {
+  if (c->row.started <= 0) return; /* it has never run */
   c->checkpoint = job_files_open(c->all, &c->row, JOB_CHECKPOINT);
   const off_t size = c->checkpoint >= 0 ? lseek(c->checkpoint, 0, SEEK_END) : 0;
   ask->checkpoint = size > 0 ? (int64_t)size : 0;
@@ -364,6 +370,10 @@ void jobs_schedule(void *self) {
   while (!j->stopped && j->pause == INFINITY &&
          (pool_has_room(j->pool) || executor_has_room(j->executor))) {
     job *c = job_queue_take(j->queue, fits, j);
+    if (c == NULL && job_queue_length(j->queue) == 0 && j->shared != NULL &&
+        job_shared_take(j->shared)) {
+      c = job_queue_take(j->queue, fits, j);
+    }
     if (c == NULL) return;
     if (start(c)) continue;
     (void)job_enqueue(c, true);
@@ -401,6 +411,10 @@ void job_end_batch(job *batch) {
 
 void job_part_ended(job *part) {
   job *batch = part->batch;
+  if (part->all->shared != NULL) {
+    job_shared_part_ended(part);
+    return;
+  }
   if (batch == NULL || job_state_is_final((job_state)batch->row.state)) return;
   job_advance(part, 1);
   batch->ended++;

@@ -4,8 +4,9 @@
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
-#include "job_inner.h"
+#include "job_shared.h"
 #include "log.h"
 
 static const double retry_seconds = 1;
@@ -55,10 +56,13 @@ static store_result order_call(job *c) {
 }
 
 static store_result write_job(job *c) {
-  const bool is_new = c->row.number == 0;
-  store_result result =
-      is_new ? add_new(c)
-             : store_update(c->all->store, &c->row, c->row.holder, c->problem, c->problem_size);
+  store *s = c->all->store;
+  if (c->all->shared != NULL) job_shared_mark(c);
+  store_result result = c->row.number == 0
+                            ? add_new(c)
+                            : store_update(s, &c->row, c->held, c->problem, c->problem_size);
+  c->lost = result == STORE_NONE;
+  if (c->lost) return STORE_OK;
   if (result == STORE_OK) result = job_files_write(c);
   if (result == STORE_OK) result = order_call(c);
   return result == STORE_OK && c->row.parent == 0 ? note(c) : result;
@@ -74,6 +78,9 @@ static void unnumber(job *c) {
 static store_result write_all(store *s, job *first) {
   store_result result = store_begin(s);
   for (job *c = first; c != NULL && result == STORE_OK; c = c->next_changed) result = write_job(c);
+  if (result == STORE_OK && first->all->shared != NULL) {
+    result = job_shared_tell(first->all->shared, first);
+  }
   if (result == STORE_OK) result = store_commit(s);
   if (result == STORE_OK) return result;
   store_rollback(s);
@@ -98,6 +105,10 @@ static void tell_stored(job *c, store_result result) {
 static void begin_waiting(job *c) {
   free(c->extra);
   c->extra = NULL;
+  if (c->all->shared != NULL) {
+    job_shared_release(c);
+    return;
+  }
   if (c->row.parts == 0 && c->row.state == JOB_ACCEPTED) (void)job_enqueue(c, false);
   while (c->parts != NULL) {
     job *part = c->parts;
@@ -112,7 +123,7 @@ static void end_for_good(job *c) {
   job_files_drop(j, &c->row, c->row.state == JOB_DISMISSED);
   j->expiry = fmin(j->expiry, c->row.expires > 0 ? c->row.expires : INFINITY);
   job_part_ended(c);
-  job_free(c);
+  if (j->shared == NULL) job_free(c);
 }
 
 static void settle(job *c) {
@@ -120,11 +131,17 @@ static void settle(job *c) {
   const bool is_new = c->extra != NULL;
   c->changed = false;
   job_files_clear(c);
+  if (c->lost) {
+    job_shared_lose(c);
+    return;
+  }
+  memcpy(c->held, c->row.holder, sizeof c->held);
   if (is_new) begin_waiting(c);
   if (j->told != NULL && c->row.subscribed) j->told(j->told_self);
   tell_stored(c, STORE_OK); /* may begin to watch it */
   job_tell(c, JOB_EVENT_STATUS);
   if (job_state_is_final((job_state)c->row.state)) end_for_good(c);
+  if (j->shared != NULL) job_shared_settle(c);
 }
 
 static void refuse(job *c, store_result result) {

@@ -92,11 +92,18 @@ static void waited(void *self, const job_view *now) {
   }
 }
 
+static bool check_key(submission *b);
+
+/* By way of another daemon a request with the same key may have been a moment faster. */
+static void refuse_stored(submission *b, store_result result) {
+  if (result != STORE_TAKEN || check_key(b)) job_refuse_store(b->x, result);
+}
+
 static void stored(void *self, const job_row *row, store_result result) {
   submission *b = self;
   job_view view;
   if (result != STORE_OK) {
-    job_refuse_store(b->x, result);
+    refuse_stored(b, result);
     http_deliver(b->x);
     return;
   }

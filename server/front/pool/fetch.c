@@ -39,10 +39,15 @@ static void refuse(fetches *f, pool_task *t, int status, const char *format, ...
   pool_give(f->service->pool, t, &given, -1);
 }
 
+static void refuse_down(fetches *f, pool_task *t) {
+  refuse(f, t, 503, "cannot be read: the database does not answer");
+}
+
 /* Gives a descriptor, which is closed. */
 static void give(fetches *f, pool_task *t, ipc_given given, int fd) {
   if (fd < 0) {
-    refuse(f, t, 500, "cannot be opened: %s", strerror(errno));
+    const int status = errno == EHOSTDOWN ? 503 : 500;
+    refuse(f, t, status, "cannot be opened: %s", strerror(errno));
     return;
   }
   given.status = 200;
@@ -55,7 +60,10 @@ static void give(fetches *f, pool_task *t, ipc_given given, int fd) {
 static void give_data(fetches *f, pool_task *t, const char *id) {
   data_row row;
   media form;
-  if (data_find(f->service->data, pool_owner(t), id, &row) != STORE_OK) {
+  const store_result found = data_find(f->service->data, pool_owner(t), id, &row);
+  if (found == STORE_DOWN) {
+    refuse_down(f, t);
+  } else if (found != STORE_OK) {
     refuse(f, t, 404, "there is no data %.70s; it may have expired", id);
   } else if (!media_find(row.type, &form)) {
     refuse(f, t, 415, "is of media type %s, which cannot be read", row.type);
@@ -68,7 +76,10 @@ static void give_result(fetches *f, pool_task *t, const char *id, const char *ou
   const service *s = f->service;
   job_view view;
   ipc_given given = {.media = MEDIA_CBOR};
-  if (jobs_find(s->jobs, pool_owner(t), id, &view) != STORE_OK) {
+  const store_result found = jobs_find(s->jobs, pool_owner(t), id, &view);
+  if (found == STORE_DOWN) {
+    refuse_down(f, t);
+  } else if (found != STORE_OK) {
     refuse(f, t, 404, "there is no job %.40s", id);
   } else if (view.row.state != JOB_SUCCESSFUL || view.row.parts > 0) {
     refuse(f, t, 404, "job %s has no results that could be used", id);
@@ -206,6 +217,8 @@ static void keep(fetches *f, pool_task *t, const ipc_news *news, int fd) {
   if (result == DATA_NEW || result == DATA_KNOWN || result == DATA_OTHER) {
     snprintf(given.href, sizeof given.href, "/data/%s", row.id);
     pool_give(f->service->pool, t, &given, -1);
+  } else if (result == DATA_DOWN) {
+    refuse_down(f, t);
   } else if (result == DATA_FAILED) {
     refuse(f, t, 500, "cannot be kept; the log knows more");
   } else {

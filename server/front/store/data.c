@@ -17,12 +17,25 @@ struct data_store {
   double expiry; /* when to look for old ones, by unix_now */
 };
 
-static const double patience = 60; /* (s) until what could not be dropped is tried again */
+static const double patience = 60;      /* (s) until what could not be dropped is tried again */
+static const double look_seconds = 600; /* what daemons that have ended left is found after this */
 
 /* ---- Expiry ---- */
 
-static store_result forget(data_store *d, const char *id) {
-  const store_result result = store_data_remove(d->store, id);
+/* Row and bytes go together: the same bytes may be coming again by way of another daemon. */
+static store_result forget_shared(data_store *d, const char *id, double most) {
+  store_result result = store_begin(d->store);
+  if (result == STORE_OK) result = store_data_remove(d->store, id, most);
+  if (result == STORE_OK) result = store_drop_large(d->store, id, 0, 0);
+  if (result == STORE_OK) result = store_commit(d->store);
+  if (result != STORE_OK) store_rollback(d->store);
+  return result;
+}
+
+/* Forgets an object that expires at `most`. */
+static store_result forget(data_store *d, const char *id, double most) {
+  if (store_is_shared(d->store)) return forget_shared(d, id, most);
+  const store_result result = store_data_remove(d->store, id, most);
   if (result == STORE_OK) keep_drop(store_data_files(d->store), id);
   return result;
 }
@@ -38,11 +51,12 @@ static void run(void *self) {
   char id[DATA_ID];
   const double now = unix_now();
   if (now < d->expiry) return;
-  if (store_data_expired(d->store, now, id) == STORE_OK && forget(d, id) == STORE_OK) {
+  if (store_data_expired(d->store, now, id) == STORE_OK && forget(d, id, now) == STORE_OK) {
     log_say(LOG_DEBUG, "expired", "data %s", id);
     return;
   }
   d->expiry = fmax(now + patience, store_data_first_expiry(d->store));
+  if (store_is_shared(d->store)) d->expiry = fmin(d->expiry, now + look_seconds);
 }
 
 void data_shift(data_store *d, double by) {
@@ -61,7 +75,7 @@ data_store *data_new(loop *l, const parameters *set, store *s) {
   data_store *d = calloc(1, sizeof *d);
   if (d == NULL) return NULL;
   *d = (data_store){.set = set, .store = s, .expiry = store_data_first_expiry(s)};
-  keep_sweep(store_data_files(s), is_wanted, d);
+  if (!store_is_shared(s)) keep_sweep(store_data_files(s), is_wanted, d);
   loop_add(l, (loop_chore){due, run, d});
   return d;
 }
@@ -86,10 +100,18 @@ store_result data_find(data_store *d, const char *owner, const char *id, data_ro
   return is_over || (result == STORE_OK && !is_for(owner, row)) ? STORE_NONE : result;
 }
 
+static data_result result_of(store_result result) {
+  return result == STORE_OK     ? DATA_NEW
+         : result == STORE_FULL ? DATA_FULL
+         : result == STORE_DOWN ? DATA_DOWN
+                                : DATA_FAILED;
+}
+
 static data_result renew(data_store *d, const char *type, data_row *row) {
   const double expires = unix_now() + d->set->data_seconds;
   if (strcmp(row->type, type) != 0) return DATA_OTHER;
-  if (store_data_renew(d->store, row->id, expires) != STORE_OK) return DATA_FAILED;
+  const store_result result = store_data_renew(d->store, row->id, expires);
+  if (result != STORE_OK) return result_of(result);
   row->expires = fmax(row->expires, expires);
   return DATA_KNOWN;
 }
@@ -100,19 +122,31 @@ static data_result failure(void) {
   return DATA_FAILED;
 }
 
+static data_result write_shared(data_store *d, int fd, const data_row *row) {
+  store_result result = store_begin(d->store);
+  if (result == STORE_OK) result = store_data_add(d->store, row);
+  if (result == STORE_OK) result = store_add_large(d->store, row->id, 0, fd, (size_t)row->size);
+  if (result == STORE_OK) result = store_commit(d->store);
+  if (result != STORE_OK) store_rollback(d->store);
+  return result_of(result);
+}
+
 /* The file first, then the row that refers to it. */
-static data_result write_new(data_store *d, int64_t most, int fd, data_row *row) {
+static data_result write_own(data_store *d, int fd, const data_row *row) {
   const int at = store_data_files(d->store);
+  if (!keep_file(at, row->id, fd, (size_t)row->size)) return failure();
+  const store_result result = store_data_add(d->store, row);
+  if (result != STORE_OK) keep_drop(at, row->id);
+  return result_of(result);
+}
+
+static data_result write_new(data_store *d, int64_t most, int fd, const data_row *row) {
   if (store_data_bytes(d->store, "") + row->size > d->set->data_bytes ||
       store_data_bytes(d->store, row->owner) + row->size > most) {
     return DATA_QUOTA;
   }
-  if (!keep_file(at, row->id, fd, (size_t)row->size)) return failure();
-  const store_result result = store_data_add(d->store, row);
   d->expiry = fmin(d->expiry, row->expires);
-  if (result == STORE_OK) return DATA_NEW;
-  keep_drop(at, row->id);
-  return result == STORE_FULL ? DATA_FULL : DATA_FAILED;
+  return store_is_shared(d->store) ? write_shared(d, fd, row) : write_own(d, fd, row);
 }
 
 data_result data_add(data_store *d, data_owner owner, const char *type, int fd, size_t size,
@@ -122,7 +156,7 @@ data_result data_add(data_store *d, data_owner owner, const char *type, int fd, 
   if (!digest_file(label, fd, size, id)) return failure();
   const store_result known = store_data(d->store, id, row);
   if (known == STORE_OK) return renew(d, type, row);
-  if (known != STORE_NONE) return DATA_FAILED;
+  if (known != STORE_NONE) return result_of(known);
   *row = (data_row){.size = (int64_t)size, .created = unix_now()};
   row->expires = row->created + d->set->data_seconds;
   snprintf(row->id, sizeof row->id, "%s", id);
@@ -132,9 +166,10 @@ data_result data_add(data_store *d, data_owner owner, const char *type, int fd, 
 }
 
 int data_open(data_store *d, const data_row *row) {
+  if (store_is_shared(d->store)) return store_open_large(d->store, row->id, 0);
   return keep_open(store_data_files(d->store), row->id);
 }
 
 store_result data_drop(data_store *d, const data_row *row) {
-  return store_data_is_pinned(d->store, row->id) ? STORE_FULL : forget(d, row->id);
+  return store_data_is_pinned(d->store, row->id) ? STORE_FULL : forget(d, row->id, INFINITY);
 }

@@ -23,6 +23,7 @@ typedef enum {
   DATA_OTHER,  /* ... but as another media type */
   DATA_QUOTA,  /* no room within data-bytes, or what the owner may have */
   DATA_FULL,   /* no room on the disk */
+  DATA_DOWN,   /* the database does not answer */
   DATA_FAILED, /* the log knows */
 } data_result;
 
@@ -47,7 +48,7 @@ int data_open(data_store *d, const data_row *row);
 /* The time of day was set by so many seconds, and the dates of the store with it (clock.h). */
 void data_shift(data_store *d, double by);
 
-/* STORE_FULL: a job needs it. */
+/* STORE_FULL: a job needs it; STORE_NONE: it has gone. */
 store_result data_drop(data_store *d, const data_row *row);
 
 #endif

@@ -100,6 +100,9 @@ static void keep(upload *u, int fd, size_t size) {
     case DATA_FULL:
       job_refuse_store(x, STORE_FULL);
       break;
+    case DATA_DOWN:
+      job_refuse_store(x, STORE_DOWN);
+      break;
     case DATA_FAILED:
       job_refuse_store(x, STORE_FAILED);
       break;
@@ -169,12 +172,12 @@ void data_get(const service *s, exchange *x) {
   exchange_add(x, "ETag", "%s", tag);
   exchange_add(x, "Cache-Control", "private, immutable, max-age=86400");
   if (is_known(x, tag)) {
-    exchange_text(x, 304, row.type, "");
+    exchange_unchanged(x, (size_t)row.size);
     return;
   }
   const int fd = data_open(s->data, &row);
   if (fd < 0) {
-    job_refuse_store(x, STORE_FAILED);
+    job_refuse_store(x, store_is_up(s->store) ? STORE_FAILED : STORE_DOWN);
     return;
   }
   exchange_file(x, 200, row.type, CODING_IDENTITY, fd, (size_t)row.size);
@@ -185,7 +188,7 @@ void data_delete(const service *s, exchange *x) {
   data_row row;
   if (!find(s, x, &row)) return;
   const store_result result = data_drop(s->data, &row);
-  if (result == STORE_OK) {
+  if (result == STORE_OK || result == STORE_NONE) {
     exchange_text(x, 204, "", "");
   } else if (result == STORE_FULL) {
     exchange_refuse(x, 409, "data %s is needed by a job that waits or runs", row.id);

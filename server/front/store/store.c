@@ -37,15 +37,17 @@ static bool open_files(store *s, fault *why) {
   return open_folder(s, "jobs", &s->files, why) && open_folder(s, "data", &s->data, why);
 }
 
-store *store_open(const char *directory, fault *why) {
+store *store_open(const char *directory, const char *url, fault *why) {
   store *s = calloc(1, sizeof *s);
   if (s == NULL) {
     fault_set(why, "out of memory");
     return NULL;
   }
   s->directory = s->files = s->data = s->lock = -1;
-  s->door = &store_sqlite;
-  if (!lock_directory(s, directory, why) || !open_files(s, why) || !sql_open(s, directory, why)) {
+  const bool is_own = *url == '\0';
+  s->door = is_own ? &store_sqlite : &store_postgres;
+  if (!lock_directory(s, directory, why) || !open_files(s, why) ||
+      !sql_open(s, is_own ? directory : url, why)) {
     store_close(&s);
   }
   return s;
@@ -174,9 +176,10 @@ store_result store_by_digest(store *s, const char *owner, const char *digest, do
 
 /* Bytes first: the rows know those of parts. */
 store_result store_remove(store *s, int64_t number) {
-  static const statement in_order[] = {REMOVE_SMALL, REMOVE, REMOVE_CALLS, REMOVE_LOG, UNPIN};
+  static const statement in_order[] = {REMOVE_LARGE, REMOVE_SMALL, REMOVE,
+                                       REMOVE_CALLS, REMOVE_LOG,   UNPIN};
   store_result result = STORE_OK;
-  for (size_t k = 0; k < sizeof in_order / sizeof *in_order && result == STORE_OK; k++) {
+  for (size_t k = s->door->shared ? 0 : 1; k < 6 && result == STORE_OK; k++) {
     sql_long(s, in_order[k], ":number", number);
     result = sql_run(s, in_order[k]);
   }

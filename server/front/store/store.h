@@ -1,4 +1,5 @@
-/* store.h - what survives the daemon: jobs in SQLite and their files.
+/* store.h - what survives the daemon: jobs in SQLite and their files, or all of it in a PostgreSQL
+ * database that several daemons share (store_shared.h).
  *
  * A data directory belongs to one daemon at a time. Rows are written in a transaction (write-ahead
  * log, synchronous FULL): what is committed stays, also over a power cut. Files are kept (keep.h)
@@ -22,14 +23,21 @@ typedef struct store store;
 typedef enum {
   STORE_OK,
   STORE_NONE,   /* there is no such row */
+  STORE_TAKEN,  /* another job has this Idempotency-Key */
   STORE_FULL,   /* the disk is, or a quota */
+  STORE_DOWN,   /* the database does not answer; it is tried again all the time */
   STORE_FAILED, /* anything else; the log knows */
 } store_result;
 
-/* Opens the store of a directory, making what is missing. False text when another daemon has it or
- * it cannot be read. */
-store *store_open(const char *directory, fault *why);
+/* Opens the store of a directory, making what is missing; with a `url` (postgresql://...) the rows
+ * and all bytes are in that database. NULL when another daemon has the directory or it cannot be
+ * read. */
+store *store_open(const char *directory, const char *url, fault *why);
 void store_close(store **s);
+
+/* Do several daemons share it? Does its database answer? */
+bool store_is_shared(const store *s);
+bool store_is_up(const store *s);
 
 /* Several writes as one; after a failure of any of them, roll back. */
 store_result store_begin(store *s);
@@ -136,6 +144,20 @@ void *store_small(store *s, int64_t job, int which, size_t *size);
 /* Forgets those of one kind, -1: all. */
 store_result store_drop_small(store *s, int64_t job, int which);
 
+/* ---- Large bytes within a shared store, by owner (id of a job or of data) and kind ---- */
+
+/* Takes the place of what was there; no transaction of its own. */
+store_result store_add_large(store *s, const char *owner, int kind, int fd, size_t size);
+
+/* A nameless file with them; -1 with errno. */
+int store_open_large(store *s, const char *owner, int kind);
+
+/* Forgets those of the kinds from `least` to `most`. */
+store_result store_drop_large(store *s, const char *owner, int least, int most);
+
+/* What a failure is called there. */
+int store_errno(store_result result);
+
 /* ---- Log of a job ---- */
 
 store_result store_log(store *s, int64_t number, double time, const char *text);
@@ -165,6 +187,7 @@ bool store_data_is_pinned(store *s, const char *id);
 store_result store_data_expired(store *s, double now, char id[DATA_ID]);
 double store_data_first_expiry(store *s);
 
-store_result store_data_remove(store *s, const char *id);
+/* Removes one that expires at `most`; STORE_NONE if it does not, by now. */
+store_result store_data_remove(store *s, const char *id, double most);
 
 #endif

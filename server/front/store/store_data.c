@@ -64,7 +64,8 @@ double store_data_first_expiry(store *s) {
   return sql_number_of(s, DATA_FIRST_EXPIRY, INFINITY);
 }
 
-store_result store_data_remove(store *s, const char *id) {
+store_result store_data_remove(store *s, const char *id, double most) {
   sql_text(s, REMOVE_DATA, ":id", id);
-  return sql_run(s, REMOVE_DATA);
+  sql_real(s, REMOVE_DATA, ":most", most);
+  return sql_change(s, REMOVE_DATA);
 }

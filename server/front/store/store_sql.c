@@ -43,6 +43,7 @@ void sql_reset(store *s, statement k) {
 }
 
 store_result sql_run(store *s, statement k) {
+  if (s->door->run != NULL) return s->door->run(s, k);
   const store_result result = sql_step(s, k);
   sql_reset(s, k);
   return result == STORE_NONE ? STORE_OK : result;
@@ -156,7 +157,7 @@ store_result sql_visit(store *s, statement k, store_visit *visit, void *context)
 void *sql_fetch_blob(store *s, statement k, size_t *size) {
   char *copy = NULL;
   const store_result result = sql_step(s, k);
-  errno = result == STORE_OK || result == STORE_NONE ? ENOENT : EIO;
+  errno = store_errno(result == STORE_OK ? STORE_NONE : result);
   if (result == STORE_OK && !s->door->is_null(s, k, 0)) {
     const void *bytes = s->door->get_bytes(s, k, 0, size);
     copy = malloc(*size + 1);

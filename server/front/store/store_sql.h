@@ -1,6 +1,6 @@
 /* store_sql.h - a database with its statements, as the files of the store use it, and the doors to
  * the databases there are. Parameters have names, columns numbers from 0.
- * Test: unit.store, unit.store_postgres.
+ * Test: unit.store, unit.store.postgres.
  */
 #ifndef SCATTERD_STORE_SQL_H
 #define SCATTERD_STORE_SQL_H
@@ -20,6 +20,9 @@ typedef struct {
   void (*bind_real)(store *s, statement k, int place, double value);
   void (*bind_bytes)(store *s, statement k, int place, const void *bytes, size_t size);
   store_result (*step)(store *s, statement k); /* as sql_step */
+  /* As sql_run; a failure within a transaction may be told by a later statement of it. NULL: by
+   * step and reset. */
+  store_result (*run)(store *s, statement k);
   void (*reset)(store *s, statement k);
   int64_t (*changes)(store *s, statement k); /* rows that its last step changed */
   bool (*is_null)(store *s, statement k, int c);
@@ -27,6 +30,11 @@ typedef struct {
   double (*get_real)(store *s, statement k, int c);
   const void *(*get_bytes)(store *s, statement k, int c, size_t *size); /* text, too */
   bool (*is_open)(const store *s); /* is there a transaction? */
+  /* if shared; as store_tend, store_descriptor, store_hear, store_has_news */
+  bool (*tend)(store *s);
+  int (*descriptor)(const store *s, int *generation);
+  char *(*hear)(store *s);
+  bool (*has_news)(const store *s);
 } store_door;
 
 extern const store_door store_sqlite, store_postgres;

@@ -13,7 +13,7 @@
 
 typedef struct {
   sqlite3 *db;
-  sqlite3_stmt *statement[STATEMENTS];
+  sqlite3_stmt *statement[STATEMENTS_OF_ONE];
 } base;
 
 static base *base_of(const store *s) {
@@ -129,7 +129,7 @@ static bool make_tables(sqlite3 *db, fault *why) {
 
 static bool prepare(base *b) {
   store_text q;
-  for (int k = 0; k < STATEMENTS; k++) {
+  for (int k = 0; k < STATEMENTS_OF_ONE; k++) {
     store_write_statement(DIALECT_SQLITE, (statement)k, &q);
     const int code =
         sqlite3_prepare_v3(b->db, q.text, -1, SQLITE_PREPARE_PERSISTENT, &b->statement[k], NULL);
@@ -168,7 +168,7 @@ static bool open_base(store *s, const char *where, fault *why) {
 static void close_base(store *s) {
   base *b = s->base;
   if (b == NULL) return;
-  for (int k = 0; k < STATEMENTS; k++) sqlite3_finalize(b->statement[k]);
+  for (int k = 0; k < STATEMENTS_OF_ONE; k++) sqlite3_finalize(b->statement[k]);
   sqlite3_close(b->db);
   free(b);
 }

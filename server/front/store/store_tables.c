@@ -53,6 +53,13 @@ static const struct {
     {"{bytes}", {"BLOB", "BYTEA"}},
     {"{place in}", {"instr", "strpos"}},
     {"{greater of}", {"max", "greatest"}},
+    {"{waiting}", {"", "state = 0 AND holder = '' AND parts = 0"}},
+    {"{alive}",
+     {"",
+      "EXISTS(SELECT 1 FROM daemons WHERE id = holder AND beat > "
+      "clock_timestamp() - make_interval(secs => :lease)) "
+      "OR pg_postmaster_start_time() > clock_timestamp() - make_interval(secs => :lease)"}},
+    {"{no wait for the disk}", {"", "set_config('synchronous_commit', 'off', true)"}},
 };
 
 /* {columns} is their list, {values} as many parameters, {settings} name = parameter, {definitions}
@@ -65,9 +72,9 @@ static const char schema[] =
     "CREATE INDEX jobs_finished ON jobs(parent, finished) WHERE parent > 0;"
     "CREATE INDEX jobs_active ON jobs(number) WHERE state <= 1;"
     "CREATE INDEX jobs_expires ON jobs(expires) WHERE expires > 0;"
-    "CREATE INDEX jobs_key ON jobs(submitter, key) WHERE key <> '';"
     "CREATE INDEX jobs_digest ON jobs(digest) WHERE digest <> '';"
-    "CREATE TABLE calls({number}, job {long}, kind INTEGER, attempts INTEGER, due {real});"
+    "CREATE TABLE calls({number}, job {long}, kind INTEGER, attempts INTEGER, due {real}, holder "
+    "TEXT DEFAULT '');"
     "CREATE TABLE small(job {long}, kind INTEGER, bytes {bytes}, PRIMARY KEY(job, kind)){compact};"
     "CREATE TABLE log({line definition}job {long}, time {real}, text TEXT);"
     "CREATE INDEX log_job ON log(job);"
@@ -78,10 +85,27 @@ static const char schema[] =
     "CREATE INDEX pins_data ON pins(data);"
     "CREATE INDEX pins_job ON pins(job);";
 
+/* What only several daemons on one database need: there a key is unique because it must be. */
+static const char *const more_schema[DIALECTS] = {
+    [DIALECT_SQLITE] = "CREATE INDEX jobs_key ON jobs(submitter, key) WHERE key <> '';",
+    [DIALECT_POSTGRES] =
+        "CREATE UNIQUE INDEX jobs_key ON jobs(submitter, key) WHERE key <> '';"
+        "CREATE INDEX jobs_waiting ON jobs(priority, submitter, number) WHERE {waiting};"
+        "CREATE INDEX jobs_held ON jobs(holder) WHERE holder <> '';"
+        "CREATE INDEX jobs_batches ON jobs(number) WHERE parts > 0 AND state <= 1;"
+        "CREATE INDEX jobs_parts ON jobs(parent) WHERE parent > 0 AND state <= 1;"
+        "CREATE TABLE daemons(id TEXT PRIMARY KEY, beat TIMESTAMPTZ);"
+        "CREATE TABLE turns(submitter TEXT PRIMARY KEY, last TIMESTAMPTZ);"
+        "CREATE TABLE large(owner TEXT, kind INTEGER, chunk INTEGER, bytes BYTEA, "
+        "PRIMARY KEY(owner, kind, chunk));"
+        "ALTER TABLE large ALTER bytes SET STORAGE EXTERNAL;",
+};
+
 /* Step k makes version k + 1 of version k. */
 static const char *const steps[STORE_VERSION] = {
     [1] =
         "ALTER TABLE jobs ADD COLUMN holder TEXT DEFAULT '';"
+        "ALTER TABLE calls ADD COLUMN holder TEXT DEFAULT '';"
         "ALTER TABLE jobs ADD COLUMN phase TEXT DEFAULT '';"
         "ALTER TABLE jobs ADD COLUMN residual {real} DEFAULT 0;"
         "ALTER TABLE data ADD COLUMN owner TEXT DEFAULT '';",
@@ -141,7 +165,8 @@ static const char *const statements[STATEMENTS] = {
         "ORDER BY number DESC LIMIT :limit OFFSET :offset",
     [ADD_CALL] = "INSERT INTO calls(job, kind, attempts, due) VALUES(:number, :kind, 0, :due)",
     [CALLS] = "SELECT number, job, kind, attempts, due FROM calls ORDER BY due LIMIT :limit",
-    [UPDATE_CALL] = "UPDATE calls SET attempts = :attempts, due = :due WHERE number = :number",
+    [UPDATE_CALL] =
+        "UPDATE calls SET attempts = :attempts, due = :due, holder = '' WHERE number = :number",
     [REMOVE_CALL] = "DELETE FROM calls WHERE number = :number",
     [REMOVE_CALLS] = "DELETE FROM calls WHERE job = :number",
     [ADD_SMALL] =
@@ -172,12 +197,86 @@ static const char *const statements[STATEMENTS] = {
         "SELECT id FROM data WHERE expires <= :now AND NOT EXISTS(SELECT 1 FROM pins JOIN "
         "jobs ON number = job WHERE pins.data = data.id AND state <= 1) LIMIT 1",
     [DATA_FIRST_EXPIRY] = "SELECT min(expires) FROM data",
-    [REMOVE_DATA] = "DELETE FROM data WHERE id = :id",
+    [REMOVE_DATA] = "DELETE FROM data WHERE id = :id AND expires <= :most",
     [PIN] = "INSERT INTO pins(data, job) VALUES(:id, :number)",
     [UNPIN] = "DELETE FROM pins WHERE job = :number",
     [SHIFT_JOBS] = "UPDATE jobs SET expires = expires + :by WHERE expires > 0",
     [SHIFT_CALLS] = "UPDATE calls SET due = due + :by",
     [SHIFT_DATA] = "UPDATE data SET expires = expires + :by",
+    [BEAT] =
+        "INSERT INTO daemons(id, beat) VALUES(:holder, clock_timestamp()) ON CONFLICT(id) DO "
+        "UPDATE SET beat = excluded.beat RETURNING CAST(extract(epoch FROM beat) AS {real}), "
+        "{no wait for the disk}",
+    [LEAVE] = "DELETE FROM daemons WHERE id = :holder",
+    [RELEASE] = "UPDATE jobs SET holder = '' WHERE holder = :holder AND state = 0",
+    /* Lanes are the pairs of priority and submitter that wait, found by skipping through an index;
+     * of the lane whose turn it is, the oldest job that nobody else is just taking. */
+    [TAKE] =
+        "WITH RECURSIVE lane(priority, submitter) AS ("
+        "(SELECT priority, submitter FROM jobs WHERE {waiting} "
+        "ORDER BY priority DESC, submitter DESC LIMIT 1) UNION ALL "
+        "SELECT n.priority, n.submitter FROM lane, LATERAL (SELECT priority, submitter FROM jobs "
+        "WHERE {waiting} AND (priority, submitter) < (lane.priority, lane.submitter) "
+        "ORDER BY priority DESC, submitter DESC LIMIT 1) AS n), "
+        "in_turn AS (SELECT priority, submitter FROM lane LEFT JOIN turns USING (submitter) "
+        "ORDER BY priority DESC, last NULLS FIRST), "
+        "taken AS (SELECT j.number, t.submitter FROM in_turn AS t, LATERAL (SELECT number FROM "
+        "jobs WHERE {waiting} AND priority = t.priority AND submitter = t.submitter "
+        "AND (estimate <= :room OR created < :old) ORDER BY number LIMIT 1 "
+        "FOR UPDATE SKIP LOCKED) AS j LIMIT 1), "
+        "turn AS (INSERT INTO turns(submitter, last) SELECT submitter, clock_timestamp() FROM "
+        "taken ON CONFLICT(submitter) DO UPDATE SET last = excluded.last) "
+        "UPDATE jobs SET holder = :holder WHERE number = (SELECT number FROM taken) "
+        "RETURNING {columns}, number, {no wait for the disk}",
+    [WAITING] = "SELECT count(*) FROM jobs WHERE {waiting}",
+    [ACTIVE_OF] =
+        "SELECT count(*) FROM jobs WHERE state <= 1 AND parts = 0 AND submitter = :submitter",
+    [HELD] = "SELECT {columns}, number FROM jobs WHERE holder = :holder",
+    [RELEASE_DEAD] =
+        "UPDATE jobs SET holder = '' WHERE holder <> '' AND (state <> 1 OR parts > 0) "
+        "AND NOT ({alive})",
+    [CLAIM_DEAD] =
+        "UPDATE jobs SET holder = :holder WHERE holder <> '' AND state = 1 AND parts = 0 "
+        "AND NOT ({alive})",
+    [FREE_CALLS] =
+        "UPDATE calls SET due = extract(epoch FROM clock_timestamp()), holder = '' "
+        "WHERE holder <> '' AND NOT ({alive})",
+    [FORGET_DEAD] =
+        "DELETE FROM daemons WHERE beat < clock_timestamp() - make_interval(secs => :lease)",
+    [FORGET_TURNS] = "DELETE FROM turns WHERE last < clock_timestamp() - interval '1 day'",
+    [CLAIM] =
+        "UPDATE jobs SET holder = :holder WHERE number = :number AND holder = '' "
+        "AND state = :state",
+    [DONE_BATCHES] =
+        "SELECT {columns}, number FROM jobs AS b WHERE parts > 0 AND state <= 1 AND holder = '' "
+        "AND NOT EXISTS(SELECT 1 FROM jobs AS p WHERE p.parent = b.number AND p.parent > 0 "
+        "AND p.state <= 1) LIMIT 20",
+    [PART_ACTIVE] =
+        "SELECT 1 FROM jobs WHERE parent = :number AND parent > 0 AND state <= 1 LIMIT 1",
+    [PART_PROGRESS] =
+        "SELECT CAST(avg(CASE WHEN state >= 2 THEN 100 ELSE progress END) AS {real}) FROM jobs "
+        "WHERE parent = :number AND parent > 0",
+    [PROGRESS] =
+        "UPDATE jobs SET progress = :progress, message = :message, phase = :phase, "
+        "residual = :residual, updated = :updated WHERE number = :number AND holder = :holder "
+        "AND state = 1 RETURNING {no wait for the disk}",
+    [DISMISS_PARTS] =
+        "UPDATE jobs SET state = 4, holder = '', message = 'dismissed with its batch', "
+        "updated = :now, finished = :now WHERE parent = :number AND parent > 0 AND state <= 1",
+    [TELL] = "SELECT pg_notify('scatterd', :text)",
+    [RELAX] = "SELECT {no wait for the disk}",
+    [CLAIM_CALL] =
+        "UPDATE calls SET attempts = :attempts, due = :due, holder = :holder WHERE number = "
+        ":number "
+        "AND attempts = :attempts - 1",
+    [ADD_LARGE] =
+        "INSERT INTO large(owner, kind, chunk, bytes) VALUES(:owner, :kind, :chunk, :bytes) "
+        "ON CONFLICT(owner, kind, chunk) DO UPDATE SET bytes = excluded.bytes",
+    [LARGE] = "SELECT bytes FROM large WHERE owner = :owner AND kind = :kind AND chunk = :chunk",
+    [DROP_LARGE] = "DELETE FROM large WHERE owner = :owner AND kind BETWEEN :least AND :most",
+    [REMOVE_LARGE] =
+        "DELETE FROM large WHERE owner IN (SELECT id FROM jobs WHERE number = :number OR "
+        "(parent = :number AND parent > 0))",
 };
 
 static void add(store_text *q, const char *format, ...) __attribute__((format(printf, 2, 3)));
@@ -250,11 +349,13 @@ static bool is_mark(const char *text, const char *mark) {
   return strncmp(text, mark, strlen(mark)) == 0;
 }
 
+static void add_sql(dialect d, const char *template, store_text *q);
+
 /* What stands for the mark at `text`; its length, 0 if there is none. */
 static size_t add_mark(dialect d, store_text *q, const char *text) {
   for (size_t k = 0; k < sizeof words / sizeof *words; k++) {
     if (!is_mark(text, words[k].mark)) continue;
-    add(q, "%s", words[k].word[d]);
+    add_sql(d, words[k].word[d], q);
     return strlen(words[k].mark);
   }
   for (size_t k = 0; k < sizeof lists / sizeof *lists; k++) {
@@ -269,9 +370,7 @@ static size_t add_mark(dialect d, store_text *q, const char *text) {
 }
 
 /* The template in a dialect. */
-static void write_sql(dialect d, const char *template, store_text *q) {
-  q->used = 0;
-  q->names = (store_names){0};
+static void add_sql(dialect d, const char *template, store_text *q) {
   while (*template != '\0') {
     const size_t length = *template == ':' ? add_name(d, q, template) : add_mark(d, q, template);
     if (length == 0) add(q, "%c", *template);
@@ -279,8 +378,15 @@ static void write_sql(dialect d, const char *template, store_text *q) {
   }
 }
 
+static void write_sql(dialect d, const char *template, store_text *q) {
+  q->used = 0;
+  q->names = (store_names){0};
+  add_sql(d, template, q);
+}
+
 void store_write_schema(dialect d, store_text *q) {
   write_sql(d, schema, q);
+  add_sql(d, more_schema[d], q);
 }
 
 void store_write_step(dialect d, int from, store_text *q) {

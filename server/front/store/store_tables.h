@@ -1,5 +1,5 @@
 /* store_tables.h - the tables of the store and all statements on them, as text: one table of them,
- * written in the words of SQLite or of PostgreSQL. Test: unit.store, unit.store_postgres.
+ * written in the words of SQLite or of PostgreSQL. Test: unit.store, unit.store.postgres.
  */
 #ifndef SCATTERD_STORE_TABLES_H
 #define SCATTERD_STORE_TABLES_H
@@ -70,6 +70,32 @@ typedef enum {
   SHIFT_JOBS,
   SHIFT_CALLS,
   SHIFT_DATA,
+  STATEMENTS_OF_ONE, /* those up to here are all that a single daemon needs */
+  BEAT = STATEMENTS_OF_ONE,
+  LEAVE,
+  RELEASE,
+  TAKE,
+  WAITING,
+  ACTIVE_OF,
+  HELD,
+  RELEASE_DEAD,
+  CLAIM_DEAD,
+  FREE_CALLS,
+  FORGET_DEAD,
+  FORGET_TURNS,
+  CLAIM,
+  DONE_BATCHES,
+  PART_ACTIVE,
+  PART_PROGRESS,
+  PROGRESS,
+  DISMISS_PARTS,
+  TELL,
+  RELAX,
+  CLAIM_CALL,
+  ADD_LARGE,
+  LARGE,
+  DROP_LARGE,
+  REMOVE_LARGE,
   STATEMENTS
 } statement;
 

@@ -1,0 +1,430 @@
+#!/usr/bin/env python3
+"""http.daemons: two daemons on one PostgreSQL database answer for the same jobs; one that is killed
+loses none; a database that is away for a while costs nothing but time. SCATTERD_SEED=17 repeats a
+run, SCATTERD_KILLS=20 is longer."""
+
+import contextlib
+import http.client
+import http.server
+import json
+import os
+import random
+import re
+import signal
+import sys
+import threading
+import time
+import unittest
+
+sys.dont_write_bytecode = True
+import daemon  # noqa: E402
+import postgres  # noqa: E402
+
+SEED = int(os.environ.get("SCATTERD_SEED", time.time_ns() % 1000000))
+KILLS = int(os.environ.get("SCATTERD_KILLS", 4))
+ASYNC = {"Prefer": "respond-async", "Content-Type": "application/json"}
+FINAL = ("successful", "failed", "dismissed")
+server = None
+
+
+def setUpModule():
+    global server
+    server = postgres.Server("fsync=off")
+
+
+class Case(unittest.TestCase):
+    options = ["--workers", "2", "--lease-seconds", "3"]
+
+    def setUp(self):
+        self.name = self.id().rsplit(".", 1)[1]
+        self.url = server.database(self.name)
+        self.first, self.second = self.start(), self.start()
+        for one in (self.first, self.second):
+            one.wait_ready()
+
+    def start(self, *options, directory=None):
+        started = daemon.Daemon(*self.options, *options, store=self.url, directory=directory)
+        self.addCleanup(lambda: started.process.poll() is None and started.stop(signal.SIGKILL))
+        return started
+
+    def stop(self, *daemons):
+        for one in daemons:
+            self.assertEqual(one.stop(), 0, one.log)
+            log = "\n".join(one.log)
+            self.assertNotIn("Sanitizer", log)
+            self.assertNotIn("runtime error", log)
+
+    def submit(self, at, body, path=daemon.EXECUTE, **headers):
+        named = {name.replace("_", "-"): value for name, value in headers.items()}
+        reply = at.request("POST", path, body, {**ASYNC, **named})
+        self.assertEqual(reply.status, 201, reply.body)
+        return reply.json["jobID"]
+
+    def status(self, at, job, wait=None):
+        headers = {"Prefer": f"wait={wait}"} if wait else {}
+        reply = at.request("GET", f"/jobs/{job}", headers=headers)
+        self.assertEqual(reply.status, 200, reply.body)
+        return reply.json
+
+    def wait_for(self, at, job, state):
+        return daemon.wait_until(
+            lambda: (lambda info: info if info["status"] == state else None)(self.status(at, job)),
+            f"job {job} to be {state}")
+
+    def column(self, job, name):
+        return server.sql(f"SELECT {name} FROM jobs WHERE id = '{job}'", self.name)[0]
+
+
+class Sharing(Case):
+    """Each daemon answers for what the other one has."""
+
+    def test_both_run_and_both_answer(self):
+        jobs = [self.submit(self.first, f"sleep 0.2 #{k}") for k in range(12)]
+        holders = set()
+        while any(self.status(self.second, job)["status"] not in FINAL for job in jobs):
+            holders |= set(server.sql("SELECT DISTINCT holder FROM jobs WHERE state = 1",
+                                      self.name))
+            time.sleep(0.02)
+        self.assertEqual(len(holders), 2, holders)
+        for k, job in enumerate(jobs):
+            for at in (self.first, self.second):
+                info = self.status(at, job)
+                self.assertEqual((info["status"], info["attempts"]), ("successful", 1))
+                reply = at.request("GET", f"/jobs/{job}/results")
+                self.assertEqual((reply.status, reply.body.decode()), (200, f"sleep 0.2 #{k}"))
+        lists = [[job["jobID"] for job in at.request("GET", "/jobs?limit=100").json["jobs"]]
+                 for at in (self.first, self.second)]
+        self.assertEqual(lists[0], lists[1])
+        self.assertEqual(sorted(lists[0]), sorted(jobs))
+        self.stop(self.first, self.second)
+
+    def test_large_requests_and_results(self):
+        body = "sleep 0.1 " + 3000000 * "x"  # three pieces
+        jobs = [self.submit(at, body) for at in (self.first, self.second) for _ in range(3)]
+        for job in jobs:
+            self.assertEqual(self.status(self.first, job, wait=20)["status"], "successful")
+            self.assertEqual(self.second.request("GET", f"/jobs/{job}/results").body.decode(), body)
+        self.assertEqual(server.sql("SELECT count(*) FROM large WHERE kind <> 2", self.name), ["0"])
+        self.stop(self.first, self.second)
+
+    def test_cancel_by_the_other(self):
+        jobs = [self.submit(self.first, f"sleep 60 #{k}") for k in range(2)]
+        for job in jobs:
+            self.wait_for(self.first, job, "running")
+        workers = {pid for at in (self.first, self.second) for pid in daemon.children(at.pid)}
+        began = time.monotonic()
+        for job in jobs:
+            self.assertEqual(self.second.request("DELETE", f"/jobs/{job}").status, 200)
+        for job in jobs:
+            for at in (self.first, self.second):
+                self.assertEqual(self.status(at, job)["status"], "dismissed")
+        daemon.wait_until(lambda: len(workers & {pid for at in (self.first, self.second)
+                                                 for pid in daemon.children(at.pid)}) <= 2,
+                          "both workers to be killed")
+        print(f"cancelled by the other within {time.monotonic() - began:.2f} s")
+        self.assertEqual(self.first.request("DELETE", f"/jobs/{jobs[0]}").status, 410)
+        self.stop(self.first, self.second)
+
+    def test_events_and_waits_see_the_other(self):
+        job = self.submit(self.first, "phase half 0.5 2")
+        self.wait_for(self.first, job, "running")
+        replies = {}
+
+        def listen(at):
+            reply = at.request("GET", f"/jobs/{job}/events", headers={"Accept": "text/event-stream"})
+            replies[at] = reply.body.decode()
+
+        threads = [threading.Thread(target=listen, args=(at,)) for at in (self.first, self.second)]
+        for thread in threads:
+            thread.start()
+        for at in (self.first, self.second):
+            info = daemon.wait_until(
+                lambda at=at: (lambda i: i if i.get("phase") == "half" and i["progress"] == 50
+                               else None)(self.status(at, job)), "its phase")
+            self.assertEqual(info["status"], "running")
+        for at in (self.second, self.first):
+            self.assertEqual(self.status(at, job, wait=20)["status"], "successful")
+        for thread in threads:
+            thread.join()
+        for text in replies.values():
+            self.assertIn('"status":"successful"', text)
+        self.assertEqual(sum('"phase":"half"' in text for text in replies.values()), 2, replies)
+        waited = self.second.request("POST", daemon.EXECUTE, "sleep 0.3 and wait",
+                                     {**ASYNC, "Prefer": "respond-async, wait=20"})
+        self.assertEqual((waited.status, waited.body), (200, b"sleep 0.3 and wait"))
+        self.stop(self.first, self.second)
+
+    def test_a_key_has_one_job(self):
+        results = []
+
+        def post(at):
+            reply = at.request("POST", daemon.EXECUTE, "sleep 0.5 once",
+                               {**ASYNC, "Idempotency-Key": "the one"})
+            results.append((reply.status, reply.json.get("jobID")))
+
+        threads = [threading.Thread(target=post, args=(at,))
+                   for at in 3 * [self.first, self.second]]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        self.assertEqual({status for status, _ in results}, {201}, results)
+        self.assertEqual(len({job for _, job in results}), 1, results)
+        self.assertEqual(server.sql("SELECT count(*) FROM jobs", self.name), ["1"])
+        self.stop(self.first, self.second)
+
+    def test_batch(self):
+        path = "/processes/batch/execution"
+        job = self.submit(self.first, "batch 10 sleep 0.2", path)
+        lines = {}
+
+        def read(at):
+            reply = at.request("GET", f"/jobs/{job}/results",
+                               headers={"Accept": "application/x-ndjson"})
+            lines[at] = [int(re.match(r'{"index":(\d+),"jobID":"\w+","status":"successful"', line)[1])
+                         for line in reply.body.decode().splitlines()]
+
+        threads = [threading.Thread(target=read, args=(at,)) for at in (self.first, self.second)]
+        for thread in threads:
+            thread.start()
+        holders = set()
+        while self.status(self.second, job)["status"] not in FINAL:
+            holders |= set(server.sql("SELECT DISTINCT holder FROM jobs WHERE state = 1 AND "
+                                      "parent > 0", self.name))
+            time.sleep(0.02)
+        for thread in threads:
+            thread.join()
+        self.assertEqual(len(holders), 2)
+        for at in (self.first, self.second):
+            info = self.status(at, job)
+            self.assertEqual((info["status"], info["progress"], info["parts"]),
+                             ("successful", 100, 10))
+            self.assertEqual(sorted(lines[at]), list(range(10)))
+            parts = at.request("GET", f"/jobs?parent={job}&limit=20").json["jobs"]
+            self.assertEqual({part["status"] for part in parts}, {"successful"})
+            whole = at.request("GET", f"/jobs/{job}/results").body.decode()
+            self.assertEqual(re.findall(r'"index":(\d+)', whole), [str(k) for k in range(10)])
+        other = self.submit(self.first, "batch 6 sleep 60", path)
+        self.wait_for(self.second, other, "running")
+        self.assertEqual(self.second.request("DELETE", f"/jobs/{other}").status, 200)
+        parts = self.first.request("GET", f"/jobs?parent={other}&limit=20").json["jobs"]
+        self.assertEqual({part["status"] for part in parts}, {"dismissed"})
+        after = self.submit(self.first, "after it")
+        self.assertEqual(self.status(self.first, after, wait=20)["status"], "successful")
+        self.stop(self.first, self.second)
+
+    def test_data(self):
+        header = {"Content-Type": "application/json"}
+        made = self.first.request("POST", "/data", "[1, 2, 3]", header)
+        self.assertEqual(made.status, 201, made.body)
+        again = self.second.request("POST", "/data", "[1, 2, 3]", header)
+        self.assertEqual((again.status, again.json["id"]), (200, made.json["id"]))
+        path = "/data/" + made.json["id"]
+        self.assertEqual(self.second.request("GET", path).body, b"[1, 2, 3]")
+        self.assertEqual(self.second.request("DELETE", path).status, 204)
+        self.assertEqual(self.first.request("GET", path).status, 404)
+        self.assertEqual(server.sql("SELECT count(*) FROM large", self.name), ["0"])
+        self.stop(self.first, self.second)
+
+    def test_submitters_and_priorities(self):
+        self.stop(self.second)
+        blocker = self.submit(self.first, "sleep 1")
+        self.wait_for(self.first, blocker, "running")
+        low = [self.submit(self.first, f"low {k}", Prefer="respond-async, priority=2")
+               for k in range(3)]
+        high = self.submit(self.first, "high", Prefer="respond-async, priority=8")
+        for job in (*low, high):
+            self.status(self.first, job, wait=20)
+        began = [float(self.column(job, "started")) for job in (high, *low)]
+        self.assertEqual(began, sorted(began))
+        self.stop(self.first)
+
+
+class Calls(Case):
+    options = [*Case.options, "--callback-hosts", "127.0.0.1:*", "--callback-hosts"]
+
+    def setUp(self):
+        calls = self.calls = []
+
+        class Handler(http.server.BaseHTTPRequestHandler):
+            def do_POST(self):
+                body = self.rfile.read(int(self.headers["Content-Length"]))
+                calls.append((self.headers["webhook-id"], body))
+                self.send_response(204)
+                self.end_headers()
+
+            def log_message(self, *_):
+                pass
+
+        self.subscriber = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Handler)
+        threading.Thread(target=self.subscriber.serve_forever, daemon=True).start()
+        self.addCleanup(self.subscriber.server_close)
+        self.addCleanup(self.subscriber.shutdown)
+        self.host = f"127.0.0.1:{self.subscriber.server_port}"
+        self.options = [*Case.options, "--callback-hosts", self.host]
+        super().setUp()
+
+    def test_each_call_is_made_once(self):
+        jobs = [self.submit(at, f"call http://{self.host}/{at.pid}-{k}")
+                for k in range(5) for at in (self.first, self.second)]
+        for job in jobs:
+            self.assertEqual(self.status(self.first, job, wait=20)["status"], "successful")
+        daemon.wait_until(lambda: server.sql("SELECT count(*) FROM calls", self.name) == ["0"],
+                          "all calls to be made")
+        ids = sorted(identity for identity, _ in self.calls)
+        self.assertEqual(len(ids), len(set(ids)), ids)
+        self.assertEqual({identity.split("-")[0] for identity in ids}, set(jobs))
+        self.stop(self.first, self.second)
+
+
+class Client(threading.Thread):
+    """Submits jobs to the daemons in turn until it is stopped; keeps what was accepted."""
+
+    def __init__(self, name, daemons):
+        super().__init__(name=name)
+        self.daemons = daemons
+        self.accepted = {}
+        self.refused = 0
+        self.stopped = False
+
+    def run(self):
+        count = 0
+        while not self.stopped:
+            body = f"sleep 0.0{count % 7} {self.name} {count}" + (count % 2) * 20000 * " "
+            at = self.daemons[count % len(self.daemons)]
+            count += 1
+            try:
+                reply = at.request("POST", daemon.EXECUTE, body, ASYNC)
+                if reply.status == 201:
+                    self.accepted[reply.json["jobID"]] = body
+                else:
+                    self.refused += 1
+                    time.sleep(0.05)
+            except (OSError, http.client.HTTPException, ValueError):
+                time.sleep(0.02)  # killed: an answer that did not come binds nobody
+
+
+class Losses(Case):
+    """What dies, and what is away."""
+
+    options = ["--workers", "2", "--lease-seconds", "2", "--job-attempts", "1000"]
+
+    @contextlib.contextmanager
+    def load(self, daemons):
+        clients = [Client(str(k), daemons) for k in range(3)]
+        for client in clients:
+            client.start()
+        try:
+            yield clients
+        finally:
+            for client in clients:
+                client.stopped = True
+            for client in clients:
+                client.join()
+
+    def check(self, clients, at):
+        """All that was accepted was successful, once, with its own result."""
+        accepted = {job: body for client in clients for job, body in client.accepted.items()}
+        print(f"{len(accepted)} jobs accepted, {sum(c.refused for c in clients)} refused")
+        self.assertGreater(len(accepted), 3)
+        for job, body in accepted.items():
+            info = self.status(at, job, wait=30)
+            self.assertEqual(info.get("status"), "successful", info)
+            reply = at.request("GET", f"/jobs/{job}/results")
+            self.assertEqual((reply.status, reply.body.decode()), (200, body))
+        twice = server.sql("SELECT job FROM log WHERE text LIKE 'successful:%' GROUP BY job "
+                           "HAVING count(*) > 1", self.name)
+        self.assertEqual(twice, [])
+
+    def test_daemons_are_killed(self):
+        print(f"SCATTERD_SEED={SEED}")
+        generator = random.Random(SEED)
+        daemons = [self.first, self.second]
+        with self.load(daemons) as clients:
+            for _ in range(KILLS):
+                time.sleep(generator.uniform(0.2, 1))
+                k = generator.randrange(2)
+                daemons[k].stop(signal.SIGKILL, keep=True)
+                if generator.random() < 0.5:  # the other one has to do it alone for a while
+                    time.sleep(generator.uniform(0, 3))
+                daemons[k] = self.start(directory=daemons[k].directory)
+        self.check(clients, daemons[0])
+        self.stop(*daemons)
+
+    def test_the_rest_takes_what_a_dead_one_had(self):
+        jobs = [self.submit(self.first, f"sleep 2 #{k}") for k in range(2)]
+        for job in jobs:
+            self.wait_for(self.first, job, "running")
+        self.first.stop(signal.SIGKILL)
+        for job in jobs:
+            info = self.status(self.second, job, wait=30)
+            self.assertEqual(info["status"], "successful")
+        attempts = sorted(self.status(self.second, job)["attempts"] for job in jobs)
+        self.assertEqual(attempts, [1, 2])  # one ran there, one here
+        self.stop(self.second)
+
+    def test_a_stopped_one_gives_back(self):
+        jobs = [self.submit(self.first, f"sleep 1 #{k}") for k in range(4)]
+        self.stop(self.first)
+        for job in jobs:
+            info = self.status(self.second, job, wait=30)
+            self.assertEqual((info["status"], info["attempts"]), ("successful", 1))
+        self.stop(self.second)
+
+    def test_one_that_hung_finds_its_job_taken(self):
+        self.stop(self.second)
+        job = self.submit(self.first, "sleep 4")
+        self.wait_for(self.first, job, "running")
+        holder = self.column(job, "holder")
+        os.kill(self.first.pid, signal.SIGSTOP)
+        second = self.start()
+        try:
+            daemon.wait_until(lambda: self.column(job, "holder") not in (holder, ""), "a new holder")
+        finally:
+            os.kill(self.first.pid, signal.SIGCONT)
+        self.first.wait_for_log("event=lost")
+        info = self.status(self.first, job, wait=30)
+        self.assertEqual((info["status"], info["attempts"]), ("successful", 2))
+        self.stop(self.first, second)
+
+    def away(self, leave, come_back):
+        with self.load([self.first, self.second]) as clients:
+            time.sleep(0.5)
+            leave()
+            daemon.wait_until(lambda: self.first.request("GET", "/readyz").status == 503,
+                              "the loss to be seen")
+            problem = self.first.request("GET", "/readyz").json
+            self.assertIn("database", json.dumps(problem))
+            reply = self.first.request("POST", daemon.EXECUTE, "x", ASYNC)
+            self.assertEqual(reply.status, 503, reply.body)
+            self.assertIn("Retry-After", reply.headers)
+            self.assertEqual(self.first.request("GET", f"/jobs/{32 * '0'}").status, 503)
+            self.assertEqual(self.first.request("GET", "/jobs").status, 503)
+            solved = self.first.request("POST", daemon.EXECUTE, "no job",
+                                        {"Content-Type": "application/json"})
+            self.assertEqual((solved.status, solved.body), (200, b"no job"))
+            time.sleep(1)
+            come_back()
+            for at in (self.first, self.second):
+                at.wait_ready()
+            time.sleep(0.5)
+        self.check(clients, self.second)
+        self.stop(self.first, self.second)
+
+    def test_the_database_is_killed(self):
+        self.addCleanup(lambda: server.process.poll() is None or server.start())
+        self.away(server.kill, server.start)
+
+    def test_the_database_hangs(self):
+        self.addCleanup(server.thaw)
+        self.away(server.freeze, server.thaw)
+
+
+if __name__ == "__main__":
+    try:
+        setUpModule()
+    except postgres.Missing as why:
+        print(f"skipped: {why}")
+        sys.exit(postgres.SKIPPED)
+    del setUpModule
+    unittest.main()
