@@ -53,8 +53,8 @@ sct_status sct_ranks_open(sct_ranks **out, sct_error *err) {
 
 void sct_ranks_close(sct_ranks **ranks) {
   if (*ranks == NULL) return;
-  (void)(*ranks)->petsc->PetscFinalize();
   sct_release(ranks);
+  petsc_close();
 }
 
 int sct_ranks_rank(const sct_ranks *ranks) {
