@@ -94,7 +94,10 @@ static bool is_active(void *context, const char *name) {
 
 bool jobs_recover(jobs *j, fault *why) {
   recovery r = {.jobs = j};
-  if (j->shared != NULL) return true; /* others may be at work */
+  if (j->shared != NULL) { /* others may be at work, on what this one ran before, too */
+    executor_sweep(j->executor, is_active, j);
+    return true;
+  }
   if (store_active(j->store, take_up, &r) != STORE_OK || r.failed) {
     return fault_set(why, "data-dir: the jobs cannot be read");
   }

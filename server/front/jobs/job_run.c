@@ -371,10 +371,7 @@ void jobs_schedule(void *self) {
   while (!j->stopped && j->pause == INFINITY &&
          (pool_has_room(j->pool) || executor_has_room(j->executor))) {
     job *c = job_queue_take(j->queue, fits, j);
-    if (c == NULL && job_queue_length(j->queue) == 0 && j->shared != NULL &&
-        job_shared_take(j->shared)) {
-      c = job_queue_take(j->queue, fits, j);
-    }
+    if (c == NULL && j->shared != NULL && job_shared_take(j->shared)) continue;
     if (c == NULL) return;
     if (start(c)) continue;
     (void)job_enqueue(c, true);

@@ -11,7 +11,7 @@
 #include "log.h"
 #include "store_shared.h"
 
-enum { NOTICE = 7800 /* a NOTIFY takes 8000 bytes */, ADOPTED = 64 };
+enum { NOTICE = 7800 /* a NOTIFY takes 8000 bytes */, ADOPTED = 64, QUEUE = 16 };
 
 static const double tick_seconds = 1;    /* between looks at what is ours and watched */
 static const double retry_seconds = 0.1; /* while there is no connection */
@@ -23,7 +23,7 @@ static const double beats = 5, burials = 3; /* per lease */
 /* ---- Storing ---- */
 
 void job_shared_mark(job *c) {
-  const bool is_ours = c->task != NULL || c->node.lane != NULL;
+  const bool is_ours = c->task != NULL || c->run != NULL || c->node.lane != NULL;
   snprintf(c->row.holder, sizeof c->row.holder, "%s", is_ours ? c->all->shared->id : "");
 }
 
@@ -103,11 +103,18 @@ void job_shared_more(job_shared *h, int64_t count) {
   h->waiting += count;
 }
 
+/* Only what a worker could begin with now, as far as one knows before; a few that do not fit may
+ * wait here, where others pass them for a while (job_queue.h). */
+static bool may_take(const job_shared *h) {
+  const jobs *j = h->all;
+  return h->more && pool_has_room(j->pool) && job_queue_length(j->queue) < QUEUE;
+}
+
 bool job_shared_take(job_shared *h) {
   jobs *j = h->all;
   job_row row;
   const int64_t room = j->counts.running == 0 ? INT64_MAX : j->budget - j->counts.memory;
-  if (!h->more) return false;
+  if (!may_take(h)) return false;
   const store_result result = store_take(j->store, h->id, room, unix_now() - old_seconds, &row);
   h->more = result == STORE_OK; /* what failed is tried again with the next tick */
   if (result != STORE_OK) return false;
@@ -179,7 +186,8 @@ static bool is_lost(const job_shared *h, const job *c) {
 
 /* Something to tell that the others have not been told. */
 static bool has_progress(const job *c) {
-  return !c->elsewhere && !c->changed && c->row.state == JOB_RUNNING && c->task != NULL &&
+  return !c->elsewhere && !c->changed && c->row.state == JOB_RUNNING &&
+         (c->task != NULL || c->run != NULL) &&
          (c->told_progress != c->row.progress || c->told_residual != c->row.residual ||
           strcmp(c->told_phase, c->row.phase) != 0);
 }
@@ -309,9 +317,8 @@ static bool tend(job_shared *h) {
 
 double job_shared_due(const job_shared *h) {
   const jobs *j = h->all;
-  const bool may_take = h->more && pool_has_room(j->pool) && job_queue_length(j->queue) == 0;
   if (!store_is_up(j->store)) return h->tick;
-  return may_take || store_has_news(j->store) ? 0 : h->tick;
+  return may_take(h) || store_has_news(j->store) ? 0 : h->tick;
 }
 
 void job_shared_run(job_shared *h) {
