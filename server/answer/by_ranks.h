@@ -2,7 +2,7 @@
  *
  * All of them ("ranks") read the same request and come to the same decisions without a word. What
  * can be shared they do together; the rest rank 0 does alone, with the reason in its report, while
- * the others leave. Rank 0 replies. Proof: http.executor.mpi
+ * the others leave. Rank 0 replies. Proof: http.executor_mpi
  */
 #ifndef SCATTERD_BY_RANKS_H
 #define SCATTERD_BY_RANKS_H

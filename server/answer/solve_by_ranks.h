@@ -1,5 +1,5 @@
 /* solve_by_ranks.h - process `solve` in parallel: a steady equation, every scheme and boundary,
- * with upwinding but `limited`, by iteration. Proof: http.executor.mpi
+ * with upwinding but `limited`, by iteration. Proof: http.executor_mpi
  */
 #ifndef SCATTERD_SOLVE_BY_RANKS_H
 #define SCATTERD_SOLVE_BY_RANKS_H

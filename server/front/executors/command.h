@@ -1,7 +1,7 @@
 /* command.h - other programs, run beside the event loop.
  *
  * Each is the head of a process group of its own, with nothing of ours open, and dies with us.
- * Test: http.executor.mpi, http.executor.slurm
+ * Test: http.executor_mpi, http.executor_slurm
  */
 #ifndef SCATTERD_COMMAND_H
 #define SCATTERD_COMMAND_H

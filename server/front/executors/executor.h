@@ -3,7 +3,7 @@
  * A run is a directory with the request in it (run_dir.h), and the same program started on it by
  * other means than the pool's. What becomes of it is told as the pool tells it. Nothing here waits:
  * other programs are children that the event loop watches, directories are looked at now and then.
- * Tests: http.executor.mpi, http.executor.slurm
+ * Tests: http.executor_mpi, http.executor_slurm
  */
 #ifndef SCATTERD_EXECUTOR_H
 #define SCATTERD_EXECUTOR_H
