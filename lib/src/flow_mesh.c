@@ -16,12 +16,20 @@ static sct_status check_lines(const sct_flow_domain *d, int a, sct_error *err) {
     return sct_fail(err, SCT_E_ARGUMENT, -1, "mesh has %" PRId64 " cells in %c, needs 2 to %d", n,
                     axis_name[a], CELLS_MAX);
   }
+  const double *edge = d->edge[a], least = 1e-6 * fabs(edge[n] - edge[0]);
   for (int64_t k = 0; k <= n; k++) {
-    const double x = d->edge[a][k];
-    if (isfinite(x) && fabs(x) < 1e100 && (k == 0 || x > d->edge[a][k - 1])) continue;
-    return sct_fail(err, SCT_E_ARGUMENT, -1,
-                    "line %" PRId64 " of the mesh in %c is at %g, needs ascending places", k,
-                    axis_name[a], x);
+    if (!(fabs(edge[k]) < 1e100) || (k > 0 && !(edge[k] > edge[k - 1]))) {
+      return sct_fail(err, SCT_E_ARGUMENT, -1,
+                      "line %" PRId64 " of the mesh in %c is at %g, needs ascending places", k,
+                      axis_name[a], edge[k]);
+    }
+    if (k > 0 && edge[k] - edge[k - 1] < least) {
+      return sct_fail(err, SCT_E_ARGUMENT, -1,
+                      "line %" PRId64
+                      " of the mesh in %c is %g beyond the one before, needs 1e-6 of "
+                      "the extent, %g",
+                      k, axis_name[a], edge[k] - edge[k - 1], least);
+    }
   }
   return SCT_OK;
 }

@@ -14,7 +14,8 @@ void flow_interpolate(const flow_mesh *m, double *const face[2], int64_t i, int6
     const int b = 1 - a;
     const flow_axis *along = &m->axis[a], *across = &m->axis[b];
     const int64_t stride[2] = {1, m->axis[0].n + (a == 0)};
-    const int64_t low = x[b] < across->centre[cell[b]] ? cell[b] - 1 : cell[b];
+    int64_t low = x[b] < across->centre[cell[b]] ? cell[b] - 1 : cell[b];
+    low = low < 0 ? 0 : low < across->n - 1 ? low : across->n - 2; /* whatever x is */
     const double s = (x[a] - along->edge[cell[a]]) / along->width[cell[a]];
     const double t = (x[b] - across->centre[low]) / (across->centre[low + 1] - across->centre[low]);
     const double *p = face[a] + cell[a] * stride[a] + low * stride[b];
@@ -37,15 +38,17 @@ static flow_face kind_at(const flow_mesh *m, const int64_t cell[2], int a, int s
       m->kind[a][flow_face_below(m, a, cell[0] + (a == 0 && side), cell[1] + (a == 1 && side))];
 }
 
-/* Keeps x within the cell where it has a wall or inflow; true if it left by an outflow. */
+/* Keeps x within the cell where it has a wall or inflow, however thin it is; true if it left by an
+ * outflow. */
 static bool confine(const flow_mesh *m, const int64_t cell[2], double x[2]) {
   const double delta = sqrt(m->axis[0].width[cell[0]] * m->axis[1].width[cell[1]]);
   bool left = false;
   for (int a = 0; a < 2; a++) {
     const double low = m->axis[a].edge[cell[a]], high = m->axis[a].edge[cell[a] + 1];
     const flow_face below = kind_at(m, cell, a, 0), above = kind_at(m, cell, a, 1);
-    const double gap_below = (below == FACE_WALL ? WALL_GAP : 1e-6) * delta;
-    const double gap_above = (above == FACE_WALL ? WALL_GAP : 1e-6) * delta;
+    const double most = (high - low) / 4;
+    const double gap_below = fmin((below == FACE_WALL ? WALL_GAP : 1e-6) * delta, most);
+    const double gap_above = fmin((above == FACE_WALL ? WALL_GAP : 1e-6) * delta, most);
     left |= (below == FACE_OUTFLOW && x[a] <= low) || (above == FACE_OUTFLOW && x[a] >= high);
     if (below == FACE_WALL || below == FACE_INFLOW) x[a] = fmax(x[a], low + gap_below);
     if (above == FACE_WALL || above == FACE_INFLOW) x[a] = fmin(x[a], high - gap_above);

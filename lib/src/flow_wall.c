@@ -6,6 +6,8 @@
 
 /* ---- points ---- */
 
+enum { WALL_POINTS_MOST = 1 << 22 }; /* a flow of a million particles has some thousands */
+
 /* The wall face `step` faces farther along the same straight wall, or NULL. */
 static const flow_bound *along(const flow_mesh *m, const flow_bound *b, int step) {
   const int64_t stride = b->axis == 0 ? m->axis[0].n + 1 : 1;
@@ -17,7 +19,7 @@ static const flow_bound *along(const flow_mesh *m, const flow_bound *b, int step
 /* Length of a face in spacings of the cell beside it. */
 static double spacings(const flow_mesh *m, const flow_bound *b) {
   const double w[2] = {m->axis[0].width[b->i], m->axis[1].width[b->j]};
-  return w[1 - b->axis] / sqrt(w[0] * w[1]);
+  return w[1 - b->axis] / (sqrt(w[0]) * sqrt(w[1]));
 }
 
 static flow_wall_point point_on(const flow_mesh *m, const flow_bound *b, double part) {
@@ -37,7 +39,7 @@ static flow_wall_point point_on(const flow_mesh *m, const flow_bound *b, double 
 static int64_t lay_wall(const flow_mesh *m, const flow_bound *b, flow_wall_point *out) {
   double length = 0, before = 0;
   for (const flow_bound *p = b; p != NULL; p = along(m, p, 1)) length += spacings(m, p);
-  const int64_t n = (int64_t)fmax(1, round(length));
+  const int64_t n = (int64_t)fmax(1, fmin(round(length), WALL_POINTS_MOST + 1));
   for (int64_t k = 0; k < n && out != NULL; k++) {
     const double at = ((double)k + 0.5) * length / (double)n;
     while (at > before + spacings(m, b) && along(m, b, 1) != NULL) {
@@ -62,6 +64,11 @@ static int64_t lay_walls(const flow_mesh *m, flow_wall_point *out) {
 sct_status flow_walls_build(sct_flow *f, sct_error *err) {
   const flow_mesh *m = &f->mesh;
   f->walls = lay_walls(m, NULL);
+  if (f->walls > WALL_POINTS_MOST) {
+    return sct_fail(err, SCT_E_ARGUMENT, -1,
+                    "walls have more than %d points, needs cells that are less thin",
+                    WALL_POINTS_MOST);
+  }
   for (int64_t k = 0; k < m->bounds; k++) f->inlets += m->bound[k].kind == FACE_INFLOW;
   sct_status status = sct_alloc(&f->wall, f->walls, sizeof *f->wall, err);
   if (status == SCT_OK) status = sct_alloc(&f->inlet, f->inlets, sizeof *f->inlet, err);

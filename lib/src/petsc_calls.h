@@ -66,6 +66,9 @@ typedef struct {
  * (SCT_E_MEMORY). What was found out at the first call holds for the process. */
 const petsc_calls *petsc_open(sct_error *err);
 
+/* Ends PETSc and MPI for good, together with all processes that share them. */
+void petsc_close(void);
+
 /* What PETSc said of its last error, for messages. */
 const char *petsc_complaint(void);
 

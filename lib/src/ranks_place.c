@@ -17,8 +17,8 @@ bool sct_ranks_place(int *rank, int *count) {
   for (size_t k = 0; k < sizeof places / sizeof *places; k++) {
     const char *at = getenv(places[k][0]), *of = getenv(places[k][1]);
     if (at == NULL || of == NULL) continue;
-    *rank = atoi(at);
-    *count = atoi(of);
+    *rank = (int)strtol(at, NULL, 10);
+    *count = (int)strtol(of, NULL, 10);
     if (*count > 0 && *rank >= 0 && *rank < *count) return true;
   }
   *rank = 0;

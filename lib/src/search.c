@@ -32,7 +32,7 @@ static void bound(sct_search *search, const sct_cloud *cloud) {
 /* Squares of lengths between 2^-400 and 2^400 are far from the ends of double precision. Clouds
  * outside are scaled by a power of two, which changes no digit. */
 static void rescale(sct_search *search) {
-  enum { COMFORT = 400 };
+  enum { COMFORT = 400, LEAST = -1000 /* whose reciprocal is a number */ };
   double half = 0;
   sct_box *box = &search->box;
   for (int k = 0; k < search->dim; k++) {
@@ -40,6 +40,7 @@ static void rescale(sct_search *search) {
   }
   int exponent = 0;
   frexp(half, &exponent);
+  if (exponent < LEAST) exponent = LEAST;
   search->scale = abs(exponent) > COMFORT ? ldexp(1, -exponent) : 1;
   for (int k = 0; k < search->dim; k++) {
     box->lower[k] *= search->scale;

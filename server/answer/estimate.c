@@ -60,8 +60,8 @@ int64_t estimate_run(const task *t, const performance *f) {
 }
 
 int64_t estimate_shared(const task *t, int64_t run, int64_t processes) {
-  enum { FIELDS = 260, HALO = 3 }; /* bytes of a point; a part with its halo, in halves of a part */
+  /* bytes of a rank itself and of a point of the whole on each; quarters of a part with its halo */
+  enum { RANK = 60000000, FIELDS = 160, HALO = 5 };
   const int64_t n = t->cloud ? t->cloud->cloud.n : 0;
-  if (processes < 2) return run;
-  return processes * (PACKAGE + FIELDS * n) + run / 2 * HALO;
+  return processes < 2 ? run : processes * (RANK + FIELDS * n) + run / 4 * HALO;
 }

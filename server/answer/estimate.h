@@ -10,6 +10,7 @@
  *            n m^0.57 (720 + 1.12 n^(2/3))  in 3-D
  *   limited  n (264 + 16 d + m (42 + 12 d))  upwind `limited`: acceleration, gradients, edges
  *   iterative solver  3e7 + n (420 + 8 m)
+ *   N ranks, each   6e7 + 160 n + 5/4 of the above / N
  * A run that falls back from it on factors may need more than was told. The growth of the factors
  * is that of nested dissection on planar and spatial graphs (n log n and n^(4/3) [George 1973]) as
  * far as n = 5e5 in 2-D; in 3-D, up to n = 1e5, measured as n^(5/3). Proof: unit.estimate,

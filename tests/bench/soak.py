@@ -37,7 +37,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "http"))
 import daemon  # noqa: E402
 
 SEED = int(os.environ.get("SCATTERD_SEED", time.time_ns() % 1000000))
-QUEUE, JOB_QUEUE, STREAMS = 16, 100, 50
+QUEUE, JOB_QUEUE, STREAMS = 16, 20, 50
 OPTIONS = ["--workers", "2", "--queue", str(QUEUE), "--job-queue", str(JOB_QUEUE),
            "--streams", str(STREAMS), "--seconds", "20", "--receive-seconds", "3",
            "--idle-seconds", "10", "--result-seconds", "20", "--data-seconds", "20",
@@ -317,15 +317,22 @@ class Bare:
 
     def __init__(self):
         listener = socket.create_server(("127.0.0.1", 0), backlog=1024)
+        listener.settimeout(1)
         self.port = listener.getsockname()[1]
+        self.parent = os.getpid()
         self.pid = os.fork()
         if self.pid == 0:
-            while True:
-                plain = listener.accept()[0]
-                plain.recv(65536)
-                plain.sendall(b"HTTP/1.1 503 Bare\r\n\r\n")
-                plain.close()
+            self.serve(listener)
+            os._exit(0)
         listener.close()
+
+    def serve(self, listener):
+        while os.getppid() == self.parent:
+            with contextlib.suppress(OSError):  # nobody came, or has gone
+                plain = listener.accept()[0]
+                with plain:
+                    plain.recv(65536)
+                    plain.sendall(b"HTTP/1.1 503 Bare\r\n\r\n")
 
     def raw(self):
         return socket.create_connection(("127.0.0.1", self.port), 60)
@@ -340,8 +347,8 @@ class Burst(Kind):
     pause = 8
 
     def step(self, turn):
-        later = turn % 3 == 2
-        count = 2 * JOB_QUEUE if later else 4 * QUEUE
+        later = turn % 2 == 1
+        count = 10 * JOB_QUEUE if later else 4 * QUEUE
         replies = self.all_at_once(self.server, count, laplace(turn, 50), later)
         for _, seconds in self.all_at_once(self.run_.bare, count, laplace(turn, 50), later):
             self.run_.answered("(bare server)", seconds)

@@ -91,7 +91,8 @@ class States(Slurm):
 
     def test_waiting_running_cancelled(self):
         """A full node: accepted. Then it runs, and is dismissed."""
-        block = CLUSTER.ask("sbatch", "--parsable", "--ntasks=4", "--wrap", "sleep 600")
+        block = CLUSTER.ask("sbatch", "--parsable", "--ntasks=4", "--output=/dev/null",
+                            "--wrap", "sleep 600")
         daemon.wait_until(lambda: CLUSTER.jobs()[int(block)][0] == "RUNNING", "a full node", 60)
         waits, runs = self.large(), self.large()
         for job in (waits, runs):

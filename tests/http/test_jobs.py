@@ -150,7 +150,8 @@ class Submission(Jobs):
         info = self.finish(job)
         self.assertEqual((info["status"], info["attempts"]), ("failed", 3))
         self.assert_problem(self.results(job), 500, "3 attempts")
-        self.assertEqual(sum("waits again" in line["text"] for line in info["log"]), 2)
+        self.assertEqual(sum("waits again" in line["text"] for line in info["log"]), 2, info["log"])
+        self.assertTrue(any("runs, attempt 3" in line["text"] for line in info["log"]), info["log"])
 
     def test_files_go(self):
         job = self.submit("big 100000" + 20000 * " ")  # what is small stands in the store

@@ -21,15 +21,19 @@
 #define ONE "7692c3ad3540bb803c020b3aee66cd8887123234ea0c6e7143c0add73ff431ed"
 #define TWO "3fc4ccfe745870e2c0d99f71f30ff0656c8dedd41cc1d7d3d376b0dbe685e2f3"
 
-static tokens *read_text(const char *text, const tokens *old, fault *why) {
+static tokens *read_bytes(const char *text, size_t size, const tokens *old, fault *why) {
   char path[] = "/tmp/test-token-XXXXXX";
   const int fd = mkstemp(path);
   bool is_public;
-  assert_int_equal(write(fd, text, strlen(text)), (ssize_t)strlen(text));
+  assert_int_equal(write(fd, text, size), (ssize_t)size);
   close(fd);
   tokens *t = tokens_read(path, old, &is_public, why);
   unlink(path);
   return t;
+}
+
+static tokens *read_text(const char *text, const tokens *old, fault *why) {
+  return read_bytes(text, strlen(text), old, why);
 }
 
 static tokens *good(const char *text) {
@@ -131,10 +135,20 @@ static void test_modes(void **state) {
   unlink(path);
 }
 
+static void test_no_text(void **state) {
+  static const char text[] = "alice sha256:" A "\nbob sha256:" B " \0jobs=1\n";
+  fault why;
+  (void)state;
+  assert_null(read_bytes(text, sizeof text - 1, NULL, &why));
+  assert_non_null(strstr(why.text, ":2: got a NUL"));
+  assert_null(read_text("", NULL, &why));
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(test_limits), cmocka_unit_test(test_secrets),
       cmocka_unit_test(test_narrow), cmocka_unit_test(test_buckets_stay),
-      cmocka_unit_test(test_made),   cmocka_unit_test(test_modes)};
+      cmocka_unit_test(test_made),   cmocka_unit_test(test_modes),
+      cmocka_unit_test(test_no_text)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

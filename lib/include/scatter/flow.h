@@ -55,7 +55,7 @@ typedef struct {
  */
 typedef struct {
   int64_t cells[2];
-  const double *edge[2]; /* [cells + 1] ascending lines of the mesh in x and in y */
+  const double *edge[2]; /* [cells + 1] lines of the mesh in x and in y, 1e-6 of the extent apart */
   const sct_flow_box *fluid;
   int64_t fluids; /* 0: all of the mesh */
   const sct_flow_box *solid;

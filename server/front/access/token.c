@@ -170,9 +170,11 @@ static bool read_lines(tokens *t, FILE *file, const char *path, fault *why) {
   char *line = NULL;
   size_t room = 0;
   bool good = true;
-  for (int number = 1; good && getline(&line, &room, file) >= 0; number++) {
+  ssize_t length;
+  for (int number = 1; good && (length = getline(&line, &room, file)) >= 0; number++) {
     fault inner;
-    good = read_line(t, line, &inner);
+    good = strlen(line) == (size_t)length || fault_set(&inner, "got a NUL");
+    good = good && read_line(t, line, &inner);
     if (!good) fault_set(why, "tokens: %.200s:%d: %.280s", path, number, inner.text);
   }
   if (good && ferror(file)) good = fault_set(why, "tokens: %.200s: %s", path, strerror(errno));

@@ -147,7 +147,7 @@ static void end_cancelled(executor_run *r) {
     end_crash(r);
     return;
   }
-  run_fail(r, 503, "%s was cancelled in Slurm", r->place);
+  run_fail(r, 500, "%s was cancelled in Slurm", r->place);
   run_remove(r, true);
 }
 

@@ -48,6 +48,7 @@ void job_free(job *c) {
   if (c->body >= 0) close(c->body);
   if (c->checkpoint >= 0) close(c->checkpoint);
   job_files_clear(c);
+  job_clear_overtaken(c);
   free(c->extra);
   free(c->problem);
   free(c->events);
@@ -80,6 +81,7 @@ void job_touch(job *c) {
 void job_become(job *c, job_state state, const char *format, ...) {
   va_list arguments;
   if (!job_state_may((job_state)c->row.state, state)) abort(); /* a bug: no input leads here */
+  if (c->changed) job_overtake(c);
   va_start(arguments, format);
   vsnprintf(c->row.message, sizeof c->row.message, format, arguments);
   va_end(arguments);
@@ -220,7 +222,11 @@ static int64_t waiting(const jobs *j) {
 }
 
 int64_t jobs_room(const jobs *j) {
-  return j->set->job_queue - waiting(j);
+  return j->set->job_queue - waiting(j) - j->held;
+}
+
+void jobs_hold(jobs *j, int places) {
+  j->held += places;
 }
 
 int jobs_retry_after(const jobs *j) {

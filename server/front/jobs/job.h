@@ -55,6 +55,9 @@ store_result jobs_add_answered(jobs *j, const job_order *order, const job_row *o
 
 /* How many more may wait; how long until there may be room, in seconds. */
 int64_t jobs_room(const jobs *j);
+
+/* Keeps a place for a job that is being checked (1), or gives it back (-1). */
+void jobs_hold(jobs *j, int places);
 int jobs_retry_after(const jobs *j);
 
 /* How many jobs of a submitter are not over, each request of a batch being one. */

@@ -26,6 +26,13 @@ typedef struct {
   size_t size;
 } job_large;
 
+/* What is to be said of a change that another one overtook before it was stored. */
+typedef struct job_note {
+  struct job_note *next;
+  double when;
+  char text[];
+} job_note;
+
 struct job {
   job_row row;
   jobs *all;
@@ -45,6 +52,7 @@ struct job {
   bool changed;
   job *next_changed;
   job_extra *extra; /* of a new one */
+  job_note *overtaken;
   job_small small[JOB_FILES];
   job_large large[JOB_FILES]; /* if the store takes them */
   char *problem;              /* of a failed one */
@@ -80,8 +88,9 @@ struct jobs {
   double pause;  /* until when none is started, INFINITY: no pause */
   double expiry; /* when the next result expires, by unix_now */
   int64_t budget;
-  double last; /* newest `finished`: no two are equal */
-  double mean; /* seconds of a run, weighted towards the recent ones */
+  int64_t held; /* places of jobs that are being checked */
+  double last;  /* newest `finished`: no two are equal */
+  double mean;  /* seconds of a run, weighted towards the recent ones */
   bool stopped;
   job_counts counts;
   allowance bytes; /* of requests and results */
@@ -110,7 +119,9 @@ void job_files_clear(job *c);                                    /* what is writ
 void job_files_drop(jobs *j, const job_row *row, bool result);
 
 /* job_save.c: stores what changed */
-void job_save(job *c); /* at the end of this round */
+void job_save(job *c);     /* at the end of this round */
+void job_overtake(job *c); /* keeps what is to be said of a change that is not stored yet */
+void job_clear_overtaken(job *c);
 void jobs_flush(jobs *j);
 
 /* job_run.c */

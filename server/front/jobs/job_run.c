@@ -349,6 +349,7 @@ static bool give_up(job *c, int error) {
 
 static bool start(job *c) {
   ipc_ask ask = ask_of(c);
+  if (job_adopt(c)) return true; /* another daemon's, or ours, on a store that is shared */
   c->seconds = ask.limits.seconds;
   c->body = open_request(c);
   if (c->body < 0) return give_up(c, errno);

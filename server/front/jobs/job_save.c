@@ -20,13 +20,49 @@ void job_save(job *c) {
   j->last_changed = &c->next_changed;
 }
 
-/* ---- Writing ---- */
+/* ---- The log ---- */
+
+enum { NOTE = JOB_MESSAGE + 32 };
+
+static void write_note(const job *c, char text[NOTE]) {
+  snprintf(text, NOTE, "%s: %s", job_state_name((job_state)c->row.state), c->row.message);
+}
+
+/* Without memory the log lacks it. */
+void job_overtake(job *c) {
+  char text[NOTE];
+  job_note **end = &c->overtaken;
+  write_note(c, text);
+  const size_t size = strlen(text) + 1;
+  job_note *n = malloc(sizeof *n + size);
+  if (n == NULL) return;
+  n->next = NULL;
+  n->when = c->row.updated;
+  memcpy(n->text, text, size);
+  while (*end != NULL) end = &(*end)->next;
+  *end = n;
+}
+
+void job_clear_overtaken(job *c) {
+  while (c->overtaken != NULL) {
+    job_note *n = c->overtaken;
+    c->overtaken = n->next;
+    free(n);
+  }
+}
 
 static store_result note(job *c) {
-  char text[JOB_MESSAGE + 32];
-  snprintf(text, sizeof text, "%s: %s", job_state_name((job_state)c->row.state), c->row.message);
-  return store_log(c->all->store, c->row.number, c->row.updated, text);
+  char text[NOTE];
+  store *s = c->all->store;
+  store_result result = STORE_OK;
+  for (const job_note *n = c->overtaken; n != NULL && result == STORE_OK; n = n->next) {
+    result = store_log(s, c->row.number, n->when, n->text);
+  }
+  write_note(c, text);
+  return result == STORE_OK ? store_log(s, c->row.number, c->row.updated, text) : result;
 }
+
+/* ---- Writing ---- */
 
 static store_result add_new(job *c) {
   static const job_extra none;
@@ -131,6 +167,7 @@ static void settle(job *c) {
   const bool is_new = c->extra != NULL;
   c->changed = false;
   job_files_clear(c);
+  job_clear_overtaken(c);
   if (c->lost) {
     job_shared_lose(c);
     return;

@@ -23,6 +23,7 @@ struct submission {
   ipc_ask ask;
   job_extra extra;
   pool_task *task;      /* the check */
+  bool holds;           /* a place in the queue, during the check */
   wait wait;            /* for the end, with Prefer: wait */
   rendering *rendering; /* of the results, after it */
 };
@@ -260,9 +261,15 @@ static bool accept_frames(submission *b, const pool_outcome *o) {
   return good;
 }
 
+static void give_back(submission *b) {
+  if (b->holds) jobs_hold(b->service->jobs, -1);
+  b->holds = false;
+}
+
 static void checked(void *context, const pool_outcome *o) {
   submission *b = context;
   b->task = NULL;
+  give_back(b);
   if (o->end != POOL_REPLY || o->status != 200) {
     outcome_reply(b->x, &b->ask.limits, o);
     http_deliver(b->x);
@@ -285,8 +292,11 @@ static bool take_digest(submission *b) {
   return good;
 }
 
+/* The place is held from now on: who finds none is told so at once, not after its check. */
 static bool has_room(submission *b) {
-  if (jobs_room(b->service->jobs) > 0) return true;
+  b->holds = jobs_room(b->service->jobs) > 0;
+  if (b->holds) jobs_hold(b->service->jobs, 1);
+  if (b->holds) return true;
   exchange_add(b->x, "Retry-After", "%d", jobs_retry_after(b->service->jobs));
   exchange_refuse(b->x, 429, "%lld jobs wait already (limit: job-queue)",
                   (long long)b->service->set->job_queue);
@@ -320,6 +330,7 @@ submission *submit_new(const service *s, exchange *x, const prefer *p, const ipc
 void submit_free(submission **b) {
   if (*b == NULL) return;
   if ((*b)->task != NULL) pool_cancel((*b)->service->pool, (*b)->task);
+  give_back(*b);
   jobs_forget((*b)->service->jobs, *b);
   wait_off(&(*b)->wait);
   rendering_free(&(*b)->rendering);
