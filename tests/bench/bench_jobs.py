@@ -55,6 +55,12 @@ def resident(pid):
     return 0
 
 
+def processor_time(pid):
+    """Seconds that a process has taken so far."""
+    fields = pathlib.Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
 def jobs(server, state):
     """Number of jobs in a state."""
     reply = server.request("GET", f"/jobs?limit=10000&status={state}").json
@@ -107,6 +113,7 @@ def rates(count):
     first = server.request("POST", EXECUTE, long_solve(), HEADERS).json["jobID"]
     wait_running(server, first)
     accepted = {}
+    taken = processor_time(server.pid)
     began = time.perf_counter()
     threads, _ = submit_all(server, [solve([8, 8], k) for k in range(count)], accepted)
     for thread in threads:
@@ -118,8 +125,10 @@ def rates(count):
     while jobs(server, "accepted,running") > 0:
         time.sleep(0.5)
     ran = time.perf_counter() - began
+    taken = processor_time(server.pid) - taken
     print(f"{count} jobs: {len(accepted) / seconds:.0f}/s submitted (4 connections), "
           f"{len(accepted) / ran:.0f}/s completed (1 worker of 2 runs jobs)")
+    print(f"processor time of the front: {1e3 * taken / count:.2f} ms per job")
     print(f"memory of the front: {empty:.1f} MiB empty, {full:.1f} MiB with {count} jobs waiting, "
           f"{resident(server.pid):.1f} MiB when they are done")
     assert jobs(server, "successful") == min(count, 10000)
