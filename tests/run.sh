@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # All tests, from nothing: installs what they need, checks the formatting, builds with warnings as
-# errors and runs everything, then once more under AddressSanitizer and UBSan.
+# errors, looks through the sources with clang-tidy and cppcheck, and runs everything, under
+# AddressSanitizer and UBSan and in a release build.
 #   tests/run.sh            everything
 #   tests/run.sh REGEX      only the tests whose names match, without sanitizers
 set -euo pipefail
@@ -26,6 +27,8 @@ if [ $# -gt 0 ]; then
   ctest --test-dir build-check --output-on-failure -j "$jobs" -R "$1"
   exit
 fi
+echo "== static analysis"
+bash tests/static.sh build-check
 build build-sanitized -DSCATTERD_SANITIZE=ON -DCMAKE_BUILD_TYPE=RelWithDebInfo
 echo "== tests, under AddressSanitizer and UndefinedBehaviorSanitizer"
 ctest --test-dir build-sanitized --output-on-failure -j "$jobs"

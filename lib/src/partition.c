@@ -77,7 +77,7 @@ typedef struct {
 
 /* Around all points, with a margin. */
 static box box_around(const sct_cloud *cloud, double margin) {
-  box b;
+  box b = {{0}, {0}};
   for (int a = 0; a < cloud->dim; a++) {
     b.lower[a] = INFINITY;
     b.upper[a] = -INFINITY;

@@ -80,7 +80,7 @@ static doc *take_section(study_run *r, const doc *result, const doc *rule) {
   doc *section = doc_make_object(t, rule->key);
   if (!chosen || !section) return NULL;
   if (!scope_numbers(&r->names, rule->text, (int)dim, points->data, n, chosen)) return NULL;
-  for (int64_t a = 0; a < dim; a++) {
+  for (int64_t a = 0; a < dim && a < 3; a++) {
     if (!doc_append(section, pick(t, axes[a], points->data + a, dim, chosen, n))) return NULL;
   }
   return doc_append(section, pick(t, "value", solution->data, 1, chosen, n)) ? section : NULL;

@@ -192,7 +192,9 @@ static bool next_line(const char **at, listed *l) {
     const char *line = *at;
     const size_t length = strcspn(line, "\n");
     *at = line + length + (line[length] == '\n');
-    if (sscanf(line, "%lld|%31[^|\n]|%95[^\n]", &l->id, l->state, l->name) == 3) return true;
+    char *rest;
+    l->id = strtoll(line, &rest, 10);
+    if (sscanf(rest, "|%31[^|\n]|%95[^\n]", l->state, l->name) == 2) return true;
   }
   return false;
 }
@@ -265,8 +267,8 @@ static void look(executor *x) {
   const double now = loop_now();
   for (executor_run *r = x->first, *next; r != NULL; r = next) {
     next = r->next;
-    if (r->calls != NULL && run_hear(r)) {
-      end_crash(r); /* its reply says how it went */
+    if (r->calls != NULL && run_hear(r)) {  // NOLINT(bugprone-branch-clone): in this order
+      end_crash(r);                         /* its reply says how it went */
     } else if (r->calls != NULL && r->deadline <= now) {
       run_finish(r, POOL_TIME);
       x->kind->end(r);

@@ -102,12 +102,12 @@ job *job_shared_look(jobs *j, const job_row *row) {
 }
 
 /* Somebody changed it: is it still ours, what has become of it? */
-void job_check(job *c, const char *id) {
+void job_check(job *c, const char *self) {
   job_row row;
   if (c->elsewhere) {
     job_read_again(c);
   } else if (!c->changed && store_job(c->all->store, c->row.id, &row) == STORE_OK &&
-             strcmp(row.holder, id) != 0) {
+             strcmp(row.holder, self) != 0) {
     job_shared_lose(c);
   }
 }

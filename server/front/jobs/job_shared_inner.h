@@ -24,8 +24,8 @@ job *job_mirror(jobs *j, const job_row *row); /* one that is not ours; NULL when
 void job_put_elsewhere(job *c);               /* it is ours no more */
 bool job_is_needed(const job *c);             /* in memory */
 void job_drop_unneeded(job *c);
-void job_read_again(job *c);                /* may be gone after it */
-void job_check(job *c, const char *holder); /* somebody changed it: is it still the holder's? */
+void job_read_again(job *c);              /* may be gone after it */
+void job_check(job *c, const char *self); /* somebody changed it: is it still ours? */
 
 /* job_claim.c */
 job *job_take_up(job_shared *h, const job_row *row);

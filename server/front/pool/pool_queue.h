@@ -24,7 +24,7 @@ pool_task *task_new(const ipc_ask *ask, int body, const pool_calls *calls, void 
 void task_enter_phase(pool_task *t, const char *phase, double when);
 
 /* Counts a run, for the metrics. */
-void pool_count_run(const char *process, ipc_work work, const pool_outcome *outcome);
+void pool_count_run(const char *process, ipc_work what, const pool_outcome *outcome);
 
 /* Counts its end, tells its owner, and frees it. */
 void task_end(pool_task *t, pool_outcome *outcome);

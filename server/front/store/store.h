@@ -147,10 +147,10 @@ store_result store_drop_small(store *s, int64_t job, int which);
 /* ---- Large bytes within a shared store, by owner (id of a job or of data) and kind ---- */
 
 /* Takes the place of what was there; no transaction of its own. */
-store_result store_add_large(store *s, const char *owner, int kind, int fd, size_t size);
+store_result store_add_large(store *s, const char *owner, int which, int fd, size_t size);
 
 /* A nameless file with them; -1 with errno. */
-int store_open_large(store *s, const char *owner, int kind);
+int store_open_large(store *s, const char *owner, int which);
 
 /* Forgets those of the kinds from `least` to `most`. */
 store_result store_drop_large(store *s, const char *owner, int least, int most);

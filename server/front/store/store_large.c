@@ -33,8 +33,9 @@ store_result store_add_large(store *s, const char *owner, int which, int fd, siz
 
 /* A nameless file where large bodies go, too; in memory if there is none to be had. */
 static int nameless(const store *s) {
-  const int file = openat(s->directory, ".", O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);
-  return file >= 0 ? file : memfd_create("large", MFD_CLOEXEC);
+  int file = openat(s->directory, ".", O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);
+  if (file < 0) file = memfd_create("large", MFD_CLOEXEC);
+  return file;
 }
 
 /* Appends piece k: STORE_NONE after the last. */

@@ -76,9 +76,10 @@ static void take_news(base *b) {
   for (PGnotify *n; (n = PQnotifies(b->link)) != NULL; PQfreemem(n)) {
     if (n->be_pid == PQbackendPID(b->link)) continue;
     const char *text = b->count < NEWS ? n->extra : "*";
-    news *item = b->count > NEWS ? NULL : malloc(sizeof *item + strlen(text) + 1);
+    const size_t size = strlen(text) + 1;
+    news *item = b->count > NEWS ? NULL : malloc(sizeof *item + size);
     if (item == NULL) continue;
-    strcpy(item->text, text);
+    memcpy(item->text, text, size);
     item->next = NULL;
     *b->last = item;
     b->last = &item->next;
@@ -362,7 +363,7 @@ static void bind_bytes(store *s, statement k, int place, const void *bytes, size
 /* ---- Columns: numbers are big-endian, of 4 or 8 bytes ---- */
 
 static int64_t changes(store *s, statement k) {
-  return atoll(PQcmdTuples(base_of(s)->result[k]));
+  return strtoll(PQcmdTuples(base_of(s)->result[k]), NULL, 10);
 }
 
 static bool is_null(store *s, statement k, int c) {
@@ -413,7 +414,7 @@ static int version_of(base *b) {
   if (PQsendQuery(b->link, "SELECT version FROM scatterd") == 0) return -1;
   PGresult *result = await(b);
   if (PQresultStatus(result) == PGRES_TUPLES_OK && PQntuples(result) == 1) {
-    version = atoi(PQgetvalue(result, 0, 0));
+    version = (int)strtol(PQgetvalue(result, 0, 0), NULL, 10);
   }
   PQclear(result);
   return version;
