@@ -193,7 +193,7 @@ class Restart(unittest.TestCase):
         self.addCleanup(CLUSTER.start_controller)
         one = start()
         try:
-            job = Runs.submit(one, solve([250, 250], ("norms",), solver=SLOW))
+            job = Runs.submit(one, solve([450, 450], ("norms",), solver=SLOW))
             daemon.wait_until(lambda: Runs.status(one, job)["status"] == "running", "a run", 60)
             CLUSTER.stop_controller()
             one.wait_for_log("squeue: ")
