@@ -47,20 +47,12 @@ static void keep_only(int socket) {
   close_range(IPC_SOCKET + 1, ~0U, 0);
 }
 
-/* The front is to answer, refuse and cancel at once also where all processors solve: the kernel
- * runs it first. */
-static void give_way(void) {
-  enum { COURTESY = 10 };
-  if (nice(COURTESY) < 0) return; /* then it competes, and that is all */
-}
-
 /* In the child: becomes the worker. `front` is the parent's pid. */
 static _Noreturn void become_worker(int socket, pid_t front, int64_t memory) {
   char *const words[] = {(char[]){"scatterd"}, (char[]){"worker"}, NULL};
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (getppid() != front) _exit(2); /* it died before the line above */
   set_signals();
-  give_way();
   keep_only(socket);
   limit_memory(memory);
   execv("/proc/self/exe", words);

@@ -19,8 +19,8 @@ void child_environment(int64_t threads);
 
 /* Starts this program as `scatterd worker` with its end of a socket pair at IPC_SOCKET, no other
  * descriptor above standard error, at most `memory` bytes of address space (not under
- * AddressSanitizer, which needs terabytes), deaf to SIGINT and SIGTERM, of lower priority (nice 10)
- * and dying with us. False with errno; then *c is empty. */
+ * AddressSanitizer, which needs terabytes), deaf to SIGINT and SIGTERM, and dying
+ * with us. False with errno; then *c is empty. */
 bool child_start(child *c, int64_t memory);
 
 void child_kill(const child *c);
