@@ -248,7 +248,7 @@ static sct_status wider_list(const sct_stencil *s, int64_t i, double support, sc
   for (int64_t k = 0; k < found; k++) {
     if (room->index[k] != i) room->index[(*n)++] = room->index[k];
   }
-  sct_ascend(*n, room->index, (int32_t *)room->scratch); /* nothing else needs it yet */
+  sct_ascend(*n, room->index, (void *)room->scratch); /* nothing else needs it yet */
   return SCT_OK;
 }
 

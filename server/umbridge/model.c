@@ -204,7 +204,7 @@ static bool config_is_known(task *t, const places *p, const item *from) {
   enum { NAMES_MAX = 32 };
   const char *names[NAMES_MAX + 1];
   int count = 0;
-  while (solve_inputs[count] && count < NAMES_MAX - 2) {
+  while (count < NAMES_MAX - 2 && solve_inputs[count]) {
     names[count] = solve_inputs[count];
     count++;
   }
