@@ -196,7 +196,9 @@ class Restart(unittest.TestCase):
             job = Runs.submit(one, solve([450, 450], ("norms",), solver=SLOW))
             daemon.wait_until(lambda: Runs.status(one, job)["status"] == "running", "a run", 60)
             CLUSTER.stop_controller()
-            one.wait_for_log("squeue: ")
+            daemon.wait_until(  # squeue takes its time to give up; the run may end before
+                lambda: any("squeue: " in line for line in list(one.log))
+                or Runs.status(one, job)["status"] != "running", "a daemon that goes on", 200)
             self.assertIn(Runs.status(one, job)["status"], ("running", "successful"))
             CLUSTER.start_controller()
             self.assertIn("norms", Runs.results(one, job))
