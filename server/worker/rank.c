@@ -8,48 +8,34 @@
 #include <sys/mman.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
-#include <time.h>
 #include <unistd.h>
 
 #include "answer.h"
 #include "run_dir.h"
 #include "sanitizer.h"
+#include "teller.h"
 
 /* News within a phase at most this often: each is a write to a file. */
 static const double report_seconds = 0.25;
 
 typedef struct {
   int dir;
-  double last, residual; /* time of the last report; heard since then, 0 if nothing was */
-  char phase[sizeof((ipc_news *)NULL)->phase];
+  teller teller;
   bool wants_values; /* something is to be fetched, which only a worker's front can */
 } run;
-
-static double now(void) {
-  struct timespec t;
-  clock_gettime(CLOCK_MONOTONIC, &t);
-  return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
 
 /* ---- what an answer asks for ---- */
 
 static bool report(void *context, const char *phase, double fraction) {
   run *r = context;
-  const double time = now();
-  ipc_news news = {.kind = IPC_PROGRESS, .time = time, .fraction = fraction};
-  snprintf(news.phase, sizeof news.phase, "%s", phase);
-  const bool is_new = strcmp(news.phase, r->phase) != 0;
-  if (!is_new && time - r->last < report_seconds) return true;
-  news.residual = r->residual;
-  r->last = time;
-  r->residual = 0;
-  memcpy(r->phase, news.phase, sizeof r->phase);
-  (void)run_dir_tell(r->dir, &news); /* what is not heard costs nothing but a bar that stands */
+  ipc_news news;
+  /* what is not heard costs nothing but a bar that stands */
+  if (teller_takes(&r->teller, phase, fraction, &news)) (void)run_dir_tell(r->dir, &news);
   return true;
 }
 
 static void hear_residual(void *context, double value) {
-  ((run *)context)->residual = value;
+  ((run *)context)->teller.residual = value;
 }
 
 static void fetch(void *context, const char *href, ask_fetched *out) {
@@ -73,7 +59,7 @@ static bool checkpoint(void *context, const void *bytes, size_t size) {
 
 static bool send_reply(const run *r, const reply *answered) {
   ipc_news news = {.kind = r->wants_values ? IPC_FETCH : IPC_REPLY,
-                   .time = now(),
+                   .time = teller_now(),
                    .coding = answered->coding,
                    .points = answered->points,
                    .memory_bytes = answered->memory_bytes};
@@ -136,7 +122,7 @@ static void answer_into(run *r, const ipc_ask *question, struct by_ranks *ranks,
     a.calls.report = report;
     a.calls.residual = hear_residual;
     a.calls.checkpoint = checkpoint;
-    (void)run_dir_tell(r->dir, &(ipc_news){.kind = IPC_READY, .time = now()});
+    (void)run_dir_tell(r->dir, &(ipc_news){.kind = IPC_READY, .time = teller_now()});
   }
   answer(&a, answered);
 }
@@ -152,7 +138,8 @@ static int finish(const run *r, struct by_ranks *ranks, const reply *answered) {
 }
 
 int rank_main(const char *directory) {
-  run r = {.dir = run_dir_open(directory), .last = now()};
+  run r = {.dir = run_dir_open(directory),
+           .teller = {.pause = report_seconds, .last = teller_now()}};
   ipc_ask question;
   mapped body, state = {"", 0};
   reply answered = {0};

@@ -7,11 +7,11 @@
 #include <string.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
-#include <time.h>
 #include <unistd.h>
 
 #include "ipc.h"
 #include "sandbox.h"
+#include "teller.h"
 
 /* Progress within a phase goes to the front at most this often; the reports in between are free. */
 static const double report_seconds = 0.1;
@@ -19,35 +19,20 @@ static const double report_seconds = 0.1;
 /* One request being answered. */
 typedef struct {
   const ipc_ask *question;
-  double last;     /* time of the last report sent */
-  double residual; /* heard of since then, 0 if none was */
-  char phase[sizeof((ipc_news *)NULL)->phase];
+  teller teller;
 } session;
-
-static double now(void) {
-  struct timespec t;
-  clock_gettime(CLOCK_MONOTONIC, &t);
-  return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
 
 /* A request is stopped by killing the worker, so the answer is always: go on. */
 static bool report(void *context, const char *phase, double fraction) {
-  session *r = context;
-  const double time = now();
-  ipc_news news = {.kind = IPC_PROGRESS, .time = time, .fraction = fraction};
-  news.residual = r->residual;
-  snprintf(news.phase, sizeof news.phase, "%s", phase);
-  const bool is_new = strcmp(news.phase, r->phase) != 0;
-  if (!is_new && time - r->last < report_seconds) return true;
-  r->last = time;
-  r->residual = 0;
-  memcpy(r->phase, news.phase, sizeof r->phase);
+  session *s = context;
+  ipc_news news;
+  if (!teller_takes(&s->teller, phase, fraction, &news)) return true;
   return ipc_send(IPC_SOCKET, &news, sizeof news, -1);
 }
 
 static void hear_residual(void *context, double value) {
-  session *r = context;
-  r->residual = value;
+  session *s = context;
+  s->teller.residual = value;
 }
 
 /* A descriptor that holds the bytes, -1 on failure. */
@@ -75,7 +60,7 @@ static bool lack(const char *what) {
 /* False if the front is gone, or this worker is to end. */
 static bool send_reply(const reply *r) {
   ipc_news news = {.kind = IPC_REPLY,
-                   .time = now(),
+                   .time = teller_now(),
                    .coding = r->coding,
                    .points = r->points,
                    .memory_bytes = r->memory_bytes};
@@ -174,7 +159,7 @@ typedef struct {
 } mapped;
 
 static void answer_into(const ipc_ask *question, mapped body, mapped state, reply *r) {
-  session s = {.question = question, .last = now()};
+  session s = {.question = question, .teller = {.pause = report_seconds, .last = teller_now()}};
   const ask a = {.work = question->work,
                  .process = question->process,
                  .output = question->output,
