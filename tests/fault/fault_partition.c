@@ -144,8 +144,8 @@ int main(void) {
   op = sct_operator_default(SCT_PS, 2);
   all = fixture_unit(2, CELLS, 0.4, 31, &op);
   data = manufactured_new(&all, 0);
-  fields = (sct_fields){data.velocity, data.diffusivity, data.source, data.reaction};
-  boundary = (sct_boundary){data.condition, data.value, data.coefficient, data.normal};
+  fields = manufactured_fields(&data);
+  boundary = manufactured_boundary(&data);
   const struct CMUnitTest tests[] = {cmocka_unit_test(parts_fail), cmocka_unit_test(ranks_fail)};
   const int failed = cmocka_run_group_tests(tests, NULL, NULL);
   manufactured_free(&data);
