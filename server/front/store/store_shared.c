@@ -55,6 +55,13 @@ store_result store_beat(store *s, const char *holder, double *now) {
   return result;
 }
 
+store_result store_clock(store *s, double *now) {
+  const store_result result = sql_step(s, CLOCK);
+  if (result == STORE_OK) *now = sql_get_real(s, CLOCK, 0);
+  sql_reset(s, CLOCK);
+  return result;
+}
+
 void store_leave(store *s, const char *holder) {
   sql_text(s, RELEASE, ":holder", holder);
   (void)sql_run(s, RELEASE);

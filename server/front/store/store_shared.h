@@ -36,6 +36,9 @@ store_result store_relax(store *s);
 
 /* ---- Daemons ---- */
 
+/* The database's clock, in seconds since 1970. */
+store_result store_clock(store *s, double *now);
+
 /* This daemon lives. *now is the database's clock, in seconds since 1970. */
 store_result store_beat(store *s, const char *holder, double *now);
 

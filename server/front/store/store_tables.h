@@ -72,6 +72,7 @@ typedef enum {
   SHIFT_DATA,
   STATEMENTS_OF_ONE, /* those up to here are all that a single daemon needs */
   BEAT = STATEMENTS_OF_ONE,
+  CLOCK,
   LEAVE,
   RELEASE,
   TAKE,
