@@ -23,6 +23,10 @@ typedef struct {
  * errno (ENOSPC, EMFILE, ...). */
 bool spool_add(spool *s, const void *bytes, size_t size, int64_t memory, const char *directory);
 
+/* The spool is whole: from here on nobody who gets its descriptor can change it or let it grow.
+ * False with errno. */
+bool spool_seal(spool *s);
+
 void spool_close(spool *s);
 
 #endif
