@@ -60,6 +60,11 @@ store_result job_shared_tell(job_shared *h, const job *first) {
   return result == STORE_OK ? send_notice(h, &n) : result;
 }
 
+bool job_shared_may_add(const job *c) {
+  const int64_t more = c->row.parts > 0 ? c->row.parts : 1;
+  return store_active_of(c->all->store, c->row.submitter) + more <= c->extra->jobs_most;
+}
+
 void job_shared_settle(job *c) {
   job *batch = c->batch;
   if (batch != NULL && batch->elsewhere && batch->watches != NULL) job_read_again(batch);

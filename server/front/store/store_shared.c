@@ -110,6 +110,11 @@ int64_t store_active_of(store *s, const char *submitter) {
   return (int64_t)sql_number_of(s, ACTIVE_OF, 0);
 }
 
+store_result store_lock_jobs(store *s, const char *submitter) {
+  sql_text(s, LOCK_JOBS, ":submitter", submitter);
+  return sql_run(s, LOCK_JOBS);
+}
+
 store_result store_progress(store *s, const job_row *row) {
   sql_long(s, PROGRESS, ":progress", row->progress);
   sql_text(s, PROGRESS, ":message", row->message);

@@ -69,6 +69,10 @@ int64_t store_waiting(store *s);
 /* How many jobs of a submitter are not over, batches by their parts. */
 int64_t store_active_of(store *s, const char *submitter);
 
+/* Until the transaction ends nobody else adds jobs of a submitter who has to be counted. Of several
+ * submitters in the order of their names, or two daemons wait for each other. */
+store_result store_lock_jobs(store *s, const char *submitter);
+
 /* Progress, message, phase and residual of a running job; STORE_NONE if row->holder has it no more.
  */
 store_result store_progress(store *s, const job_row *row);

@@ -236,6 +236,9 @@ static const char *const statements[STATEMENTS] = {
     [WAITING] = "SELECT count(*) FROM jobs WHERE {waiting}",
     [ACTIVE_OF] =
         "SELECT count(*) FROM jobs WHERE state <= 1 AND parts = 0 AND submitter = :submitter",
+    [LOCK_JOBS] =
+        "SELECT set_config('lock_timeout', '1s', true), "
+        "pg_advisory_xact_lock(hashtextextended('scatterd jobs of ' || :submitter, 0))",
     [HELD] = "SELECT {columns}, number FROM jobs WHERE holder = :holder",
     [RELEASE_DEAD] =
         "UPDATE jobs SET holder = '' WHERE holder <> '' AND (state <> 1 OR parts > 0) "

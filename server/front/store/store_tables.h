@@ -78,6 +78,7 @@ typedef enum {
   TAKE,
   WAITING,
   ACTIVE_OF,
+  LOCK_JOBS,
   HELD,
   RELEASE_DEAD,
   CLAIM_DEAD,
