@@ -81,6 +81,8 @@ def field_of(result: Result, field: str | ArrayLike | None) -> tuple[numpy.ndarr
         if field is None:
             raise ValueError("the result has no field to draw; name one as field=")
     name = field if isinstance(field, str) else ""
+    if name and name not in result:
+        raise ValueError(f"the result has no {name!r}, only {', '.join(result)}")
     values = numpy.asarray(result[field] if isinstance(field, str) else field, dtype=float)
     if values.ndim == 2:
         return numpy.linalg.norm(values, axis=1), f"|{name}|" if name else ""
