@@ -13,7 +13,7 @@ from .result import Result
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-FIELDS = ("solution", "laplacian", "value", "number_density", "neighbours")
+FIELDS = ("solution", "laplacian", "value", "number_density", "neighbours", "velocity")
 DOTS_UP_TO = 1500  #: more points than this are not drawn over the colours
 LINES = ("#31688e", "#d1495b", "#4a7c59", "#c98a1b", "#7b4b94")
 LONG = 3.0  #: a triangle with an edge longer than this many spacings bridges a hole
