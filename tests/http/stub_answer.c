@@ -256,6 +256,11 @@ static void lie_status(void) {
   (void)memory_file_seal(fd);
   say((ipc_news){.kind = IPC_REPLY, .status = 99999, .size = 3}, fd);
 }
+static void lie_page(void) { /* a page that would be served under /data */
+  const int fd = filled("page");
+  (void)memory_file_seal(fd);
+  say((ipc_news){.kind = IPC_KEEP, .size = 3, .type = "text/html"}, fd);
+}
 static void lie_ready(void) {
   say((ipc_news){.kind = IPC_READY}, -1);
 }
@@ -316,8 +321,9 @@ static const struct {
   const char *word;
   void (*tell)(void);
 } lies[] = {{"unsealed", lie_unsealed}, {"short", lie_short}, {"stream", lie_stream},
-            {"status", lie_status},     {"ready", lie_ready}, {"kind", lie_kind},
-            {"piece", lie_piece},       {"two", lie_two},     {"flood", lie_flood}};
+            {"status", lie_status},     {"page", lie_page},   {"ready", lie_ready},
+            {"kind", lie_kind},         {"piece", lie_piece}, {"two", lie_two},
+            {"flood", lie_flood}};
 
 /* The front kills it for that, or it sleeps until its time is over. */
 static void do_lie(const ask *a, const char *text, reply *r) {

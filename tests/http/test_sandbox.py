@@ -47,7 +47,8 @@ class Lies(daemon.Case):
     def test_lies(self):
         self.execute("before")
         before = len(daemon.descriptors(self.daemon.pid))
-        for what in ("unsealed", "short", "stream", "status", "ready", "kind", "piece", "two"):
+        for what in ("unsealed", "short", "stream", "status", "page", "ready", "kind", "piece",
+                     "two"):
             with self.subTest(what):
                 reply = self.execute(f"lie {what}")
                 self.assertEqual(reply.status, 500, reply.body)
@@ -74,7 +75,8 @@ class Lies(daemon.Case):
             return list(pathlib.Path(self.daemon.data).rglob(f"{job}.checkpoint"))
         size = daemon.wait_until(kept, "a checkpoint")[0].stat().st_size
         self.assertEqual(size, 1)
-        daemon.wait_until(lambda: self.get(f"/jobs/{job}").json["status"] == "successful", "its end")
+        daemon.wait_until(lambda: self.get(f"/jobs/{job}").json["status"] == "successful",
+                          "its end")
 
     def test_one_that_talks_without_end_takes_no_turn_of_others(self):
         with contextlib.closing(self.daemon.connect()) as connection:

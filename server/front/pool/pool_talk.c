@@ -27,6 +27,12 @@ static bool has_bytes(int fd, int64_t size) {
          facts.st_size >= size;
 }
 
+/* Is it a media type of ours? What is kept is served as that, and a page would run in a browser. */
+static bool is_plain(const char *type) {
+  media known;
+  return media_find(type, &known);
+}
+
 /* Could an honest worker say this of its reply? */
 static bool makes_sense(const ipc_news *news) {
   return news->status >= 200 && news->status <= 599 && news->coding < CODING_COUNT &&
@@ -95,7 +101,7 @@ static bool take_wish(worker *w, const ipc_news *news, int fd) {
   static const ipc_given nobody = {.status = 400, .detail = "values by reference are not served"};
   const pool_values *v = &w->pool->values;
   if (w->state != BUSY || (news->kind == IPC_KEEP) != (fd >= 0)) return false;
-  if (fd >= 0 && !has_bytes(fd, news->size)) return false;
+  if (fd >= 0 && (!has_bytes(fd, news->size) || !is_plain(news->type))) return false;
   if (w->task->wishes) return false; /* it should wait */
   w->task->wishes = true;
   if (v->wanted != NULL) {
