@@ -56,6 +56,12 @@ bool spool_add(spool *s, const void *bytes, size_t size, int64_t memory, const c
   return true;
 }
 
+int spool_take(spool *s) {
+  const int fd = s->fd;
+  s->fd = -1;
+  return fd;
+}
+
 void spool_close(spool *s) {
   if (s->fd >= 0) close(s->fd);
   *s = SPOOL_EMPTY;
