@@ -1,12 +1,14 @@
 #include "clerk.h"
 
 #include <errno.h>
+#include <fcntl.h>
 #include <pthread.h>
 #include <signal.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/epoll.h>
 #include <sys/eventfd.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 typedef struct {
@@ -141,6 +143,39 @@ void clerk_finish(clerk *k) {
   while (wait_for_finished(k)) tell_finished(k);
 }
 
+/* ---- Large files ---- */
+
+typedef struct {
+  clerk_task task;
+  int fd;
+} closing;
+
+static void close_it(void *self) {
+  const closing *c = self;
+  close(c->fd);
+}
+
+static bool is_large(const clerk *k, int fd) {
+  struct stat facts;
+  return fd >= 0 && fstat(fd, &facts) == 0 && facts.st_size >= k->least;
+}
+
+void clerk_close(clerk *k, int fd) {
+  closing *c = is_large(k, fd) ? malloc(sizeof *c) : NULL;
+  if (c == NULL) {
+    if (fd >= 0) close(fd);
+    return;
+  }
+  *c = (closing){{close_it, free, c, NULL}, fd};
+  clerk_do(k, &c->task, k->least);
+}
+
+void clerk_drop(clerk *k, int at, const char *name) {
+  const int fd = openat(at, name, O_RDONLY | O_CLOEXEC);
+  unlinkat(at, name, 0);
+  clerk_close(k, fd);
+}
+
 /* ---- The whole ---- */
 
 /* Signals are for the loop (signalfd), so the thread is born with all of them blocked. */
@@ -184,6 +219,7 @@ static void stop(clerk *k) {
 
 void clerk_free(clerk **k) {
   if (*k == NULL) return;
+  clerk_finish(*k);
   if ((*k)->started) stop(*k);
   if ((*k)->bell >= 0) {
     loop_forget((*k)->loop, (*k)->bell, &(*k)->source);

@@ -107,7 +107,7 @@ static void write_file(void *self) {
 static void free_filing(job_filing *f) {
   *f->link = f->next;
   if (f->next != NULL) f->next->link = f->link;
-  if (f->fd >= 0) close(f->fd);
+  clerk_close(f->all->clerk, f->fd);
   free(f);
 }
 
@@ -116,7 +116,7 @@ static void written(void *self) {
   job *c = f->job;
   job_kept *kept = f->kept;
   const int error = f->error;
-  if (c == NULL && error == 0) keep_drop(f->at, f->name);
+  if (c == NULL && error == 0) clerk_drop(f->all->clerk, f->at, f->name);
   if (c != NULL) c->filing[f->kind] = NULL;
   free_filing(f);
   if (c != NULL) kept(c, error);
@@ -273,7 +273,7 @@ void job_files_drop(jobs *j, const job_row *row, bool result) {
     if (k == JOB_RESULT && (!result || row->result_size <= SMALL)) continue;
     if (k == JOB_REQUEST && (row->parent != 0 || row->size <= SMALL)) continue;
     name_file(row, (job_file)k, name);
-    keep_drop(store_files(j->store), name);
+    clerk_drop(j->clerk, store_files(j->store), name);
   }
   if (!result || row->parts == 0 || row->number == 0) return;
   store_filter parts = {.states = ~0u,

@@ -24,6 +24,7 @@ typedef struct {
   size_t size;
   char digest[DIGEST_TEXT];
   bool good;
+  clerk *clerk;
   clerk_task task;
 } reading;
 
@@ -331,7 +332,7 @@ static void digested(void *self) {
   reading *r = self;
   submission *b = r->wanted;
   if (b == NULL) {
-    if (r->fd >= 0) close(r->fd);
+    clerk_close(r->clerk, r->fd);
     free(r);
     return;
   }
@@ -351,11 +352,12 @@ static void read_body(submission *b) {
     refuse_memory(b->x);
     return;
   }
-  *r = (reading){.wanted = b, .size = (size_t)body->size, .fd = spool_take(body)};
+  *r = (reading){
+      .wanted = b, .size = (size_t)body->size, .fd = spool_take(body), .clerk = b->service->clerk};
   r->task = (clerk_task){take_digest, digested, r, NULL};
   snprintf(r->label, sizeof r->label, "%s %d %d", b->ask.process, (int)b->ask.content,
            (int)b->ask.content_coding);
-  clerk_do(b->service->clerk, &r->task, body->size);
+  clerk_do(r->clerk, &r->task, body->size);
   b->sleeps = true;
 }
 
@@ -363,7 +365,7 @@ static void forget(submission *b) {
   reading *r = b->reading;
   if (r == NULL) return;
   r->wanted = NULL;
-  if (clerk_take_back(b->service->clerk, &r->task)) digested(r);
+  if (clerk_take_back(r->clerk, &r->task)) digested(r);
 }
 
 submission *submit_new(const service *s, exchange *x, const prefer *p, const ipc_ask *ask) {

@@ -25,7 +25,7 @@ static store_result forget_shared(data_store *d, const char *id, double most) {
 static store_result forget(data_store *d, const char *id, double most) {
   if (store_is_shared(d->store)) return forget_shared(d, id, most);
   const store_result result = store_data_remove(d->store, id, most);
-  if (result == STORE_OK) keep_drop(store_data_files(d->store), id);
+  if (result == STORE_OK) clerk_drop(d->clerk, store_data_files(d->store), id);
   return result;
 }
 

@@ -65,7 +65,7 @@ static void end(data_filing *f, data_result result) {
   const data_row row = f->row;
   *f->at = f->next;
   if (f->next != NULL) f->next->at = f->at;
-  if (f->fd >= 0) close(f->fd);
+  clerk_close(d->clerk, f->fd);
   if (f->held != NULL) {
     *f->held = NULL;
     f->done(f->self, result, &row);
@@ -134,7 +134,7 @@ static data_result add_row(data_filing *f) {
   if (f->error != 0) return result_of_errno(f->error);
   date(f);
   const store_result result = f->held != NULL ? store_data_add(d->store, &f->row) : STORE_NONE;
-  if (result != STORE_OK) keep_drop(store_data_files(d->store), f->row.id);
+  if (result != STORE_OK) clerk_drop(d->clerk, store_data_files(d->store), f->row.id);
   return result_of(result);
 }
 
