@@ -140,6 +140,7 @@ static bool wait_for_finished(clerk *k) {
 }
 
 void clerk_finish(clerk *k) {
+  k->least = INT64_MAX;
   while (wait_for_finished(k)) tell_finished(k);
 }
 
@@ -155,19 +156,16 @@ static void close_it(void *self) {
   close(c->fd);
 }
 
-static bool is_large(const clerk *k, int fd) {
-  struct stat facts;
-  return fd >= 0 && fstat(fd, &facts) == 0 && facts.st_size >= k->least;
-}
-
 void clerk_close(clerk *k, int fd) {
-  closing *c = is_large(k, fd) ? malloc(sizeof *c) : NULL;
+  struct stat facts;
+  const bool is_large = fd >= 0 && fstat(fd, &facts) == 0 && facts.st_size >= k->least;
+  closing *c = is_large ? malloc(sizeof *c) : NULL;
   if (c == NULL) {
     if (fd >= 0) close(fd);
     return;
   }
   *c = (closing){{close_it, free, c, NULL}, fd};
-  clerk_do(k, &c->task, k->least);
+  clerk_do(k, &c->task, facts.st_size);
 }
 
 void clerk_drop(clerk *k, int at, const char *name) {
@@ -219,7 +217,6 @@ static void stop(clerk *k) {
 
 void clerk_free(clerk **k) {
   if (*k == NULL) return;
-  clerk_finish(*k);
   if ((*k)->started) stop(*k);
   if ((*k)->bell >= 0) {
     loop_forget((*k)->loop, (*k)->bell, &(*k)->source);

@@ -30,7 +30,7 @@ typedef struct clerk_task {
  * with *why. */
 clerk *clerk_new(loop *l, int64_t least, fault *why);
 
-/* After clerk_finish; what has come since is done as well. */
+/* After clerk_finish. */
 void clerk_free(clerk **k);
 
 /* Has a task done, which is about so many bytes: by the thread, in the order in which they come; or
@@ -41,16 +41,16 @@ void clerk_do(clerk *k, clerk_task *t, int64_t bytes);
  * is not with the clerk. */
 bool clerk_take_back(clerk *k, clerk_task *t);
 
-/* Waits for all tasks and calls what is `done`, also of those that this brings. From the loop, or
- * after it. */
+/* Waits for all tasks and calls what is `done`. From now on all tasks, those that this brings too,
+ * are done at once, by who gives them. */
 void clerk_finish(clerk *k);
 
 /* Closes a descriptor (-1: none): by the thread if that of a large file, whose bytes may go with
  * it, which takes 10 ms and more for 100 MB. */
 void clerk_close(clerk *k, int fd);
 
-/* Removes a file of a directory, as unlinkat; the room that a large one takes is given back by the
- * thread. */
+/* Removes a file of a directory; the room that a large one takes is given back by the thread. Not
+ * durable: who finds it again after a crash removes it again. */
 void clerk_drop(clerk *k, int at, const char *name);
 
 #endif

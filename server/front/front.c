@@ -234,10 +234,12 @@ static bool start(front *f, fault *why) {
 
 /* ---- Stopping ---- */
 
-/* Ends the requests that are still running and gives their replies a moment to leave. */
+/* Ends the requests that are still running, those whose bytes are being kept as they should, and
+ * gives their replies a moment to leave. */
 static void say_farewell(front *f) {
-  f->stop = loop_now() + farewell_seconds;
   pool_stop(f->service.pool);
+  clerk_finish(f->service.clerk);
+  f->stop = loop_now() + farewell_seconds;
   if (http_pending(f->http) > 0) loop_run(f->loop);
 }
 
@@ -245,7 +247,6 @@ static void end(front *f) {
   http_free(&f->http);
   if (f->service.pool != NULL) pool_stop(f->service.pool);
   if (f->service.executor != NULL) executor_stop(f->service.executor);
-  if (f->service.clerk != NULL) clerk_finish(f->service.clerk);
   callbacks_free(&f->service.callbacks);
   fetches_free(&f->service.fetches);
   data_free(&f->service.data);

@@ -344,11 +344,21 @@ static int places(const job *c) {
   return c->row.parts > 0 ? c->row.parts : 1;
 }
 
+/* While a large request was being kept, an equal one may have come and gone the same way. A shared
+ * store finds that out itself. */
+static bool is_key_taken(const job *c) {
+  jobs *j = c->all;
+  job_row other;
+  char digest[JOB_DIGEST];
+  if (*c->extra->key == '\0' || c->row.size < j->set->aside_bytes) return false;
+  return store_by_key(jobs_store(j), c->row.submitter, c->extra->key, &other, digest) == STORE_OK;
+}
+
 /* Its request is kept. */
 static void accept_job(job *c, int error) {
   jobs_hold(c->all, -places(c));
-  if (error != 0) {
-    job_refuse(c, result_of_errno(error));
+  if (error != 0 || is_key_taken(c)) {
+    job_refuse(c, error != 0 ? result_of_errno(error) : STORE_TAKEN);
     return;
   }
   c->row.created = c->row.updated = unix_now(); /* which may have been set since */

@@ -48,10 +48,6 @@ int keep_open(int at, const char *name) {
   return openat(at, name, O_RDONLY | O_CLOEXEC);
 }
 
-void keep_drop(int at, const char *name) {
-  unlinkat(at, name, 0);
-}
-
 void keep_sweep(int at, bool (*wanted)(void *context, const char *name), void *context) {
   const int own = openat(at, ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   DIR *directory = own >= 0 ? fdopendir(own) : NULL;
