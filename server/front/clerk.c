@@ -65,26 +65,31 @@ static void ring(const clerk *k) {
   while (write(k->bell, &one, sizeof one) < 0 && errno == EINTR) continue;
 }
 
-/* The next task; NULL when it is to stop. With the lock. */
-static clerk_task *wait_for_task(clerk *k) {
+/* The next task; NULL when it is to stop. */
+static clerk_task *begin_next(clerk *k) {
+  pthread_mutex_lock(&k->lock);
   while (k->waiting.first == NULL && !k->stopped) pthread_cond_wait(&k->changed, &k->lock);
-  return line_pop(&k->waiting);
+  clerk_task *t = line_pop(&k->waiting);
+  k->working = t != NULL;
+  pthread_mutex_unlock(&k->lock);
+  return t;
+}
+
+static void finish(clerk *k, clerk_task *t) {
+  pthread_mutex_lock(&k->lock);
+  k->working = false;
+  line_push(&k->finished, t);
+  pthread_cond_broadcast(&k->changed);
+  pthread_mutex_unlock(&k->lock);
+  ring(k);
 }
 
 static void *serve(void *self) {
   clerk *k = self;
-  pthread_mutex_lock(&k->lock);
-  for (clerk_task *t; (t = wait_for_task(k)) != NULL;) {
-    k->working = true;
-    pthread_mutex_unlock(&k->lock);
+  for (clerk_task *t; (t = begin_next(k)) != NULL;) {
     t->work(t->self);
-    pthread_mutex_lock(&k->lock);
-    k->working = false;
-    line_push(&k->finished, t);
-    pthread_cond_broadcast(&k->changed);
-    ring(k);
+    finish(k, t);
   }
-  pthread_mutex_unlock(&k->lock);
   return NULL;
 }
 
