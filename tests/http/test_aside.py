@@ -6,6 +6,7 @@ of the large one is right whatever happens to it, to its client, to equal ones a
 import concurrent.futures
 import errno
 import http.client
+import json
 import os
 import re
 import shutil
@@ -30,9 +31,10 @@ def large(word, size=3 * MEGABYTE):
 
 class Case(unittest.TestCase):
     options = []
+    stub = True
 
     def setUp(self):
-        self.faults = ordered.Faults()
+        self.faults = ordered.Faults(self.stub)
         self.addCleanup(self.faults.close)
         self.addCleanup(shutil.rmtree, self.faults.directory, True)
         self.pool = concurrent.futures.ThreadPoolExecutor(8)
@@ -41,7 +43,7 @@ class Case(unittest.TestCase):
 
     def start(self):
         self.server = server = daemon.Daemon(
-            "--workers", "2", "--reuse-results", "0", *self.options,
+            "--workers", "2", "--reuse-results", "0", *self.options, stub=self.stub,
             directory=self.faults.directory, environment=self.faults.environment)
         self.addCleanup(lambda: server.process.poll() is None and server.stop())
         self.addCleanup(self.faults.clear)  # comes first, so that it can stop
@@ -308,6 +310,39 @@ class Quotas(Case):
         replies += [self.later(self.submit, "sleep 30 " + large(word)) for word in ("next", "last")]
         time.sleep(1.1)  # bytes are counted anew after a second (allowance.h)
         self.assert_one_too_many(replies)
+        self.stop()
+
+
+class References(Case):
+    """Outputs by reference, for which a worker waits."""
+
+    stub = False
+    apply = "/processes/apply/execution"
+    request = json.dumps({
+        "inputs": {"cloud": {"lattice": {"lower": [0], "upper": [1], "cells": [300000]}},
+                   "field": "2*x"},
+        "outputs": {"value": {"transmissionMode": "reference",
+                              "format": {"mediaType": "application/x-npy"}}}})
+
+    def test_kept(self):
+        reply = self.later(self.server.request, "POST", self.apply, self.request, JSON)
+        self.wait_held(1)
+        self.assertEqual(self.get("/healthz").status, 200)
+        echo = self.server.request("POST", "/processes/echo/execution",
+                                   '{"inputs": {"message": "small"}}', JSON)
+        self.assertEqual(echo.status, 200)
+        self.assertFalse(reply.done())
+        self.faults.clear()
+        reply = reply.result(daemon.PATIENCE)
+        self.assertEqual(reply.status, 200, reply.body)
+        path = "/" + reply.json["value"]["href"].split("/", 3)[3]
+        self.assertEqual(int(self.get(path).headers["Content-Length"]), 8 * 300001 + 128)
+        self.stop()
+
+    def test_left(self):
+        self.leave(self.apply, self.request)
+        self.faults.clear()
+        daemon.wait_until(lambda: self.data() == [], "an empty folder")
         self.stop()
 
 

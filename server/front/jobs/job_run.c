@@ -80,7 +80,7 @@ static void checkpoint_kept(job *c, int error) {
 /* One that comes before the last one is written is left out: another will follow. */
 static void keep_checkpoint(job *c, const ipc_news *news, int fd) {
   if (c->filing[JOB_CHECKPOINT] != NULL) {
-    close(fd);
+    clerk_close(c->all->clerk, fd);
     return;
   }
   job_files_keep(c, JOB_CHECKPOINT, fd, (size_t)news->size, checkpoint_kept);
