@@ -128,6 +128,15 @@ static void on_signal(void *self, uint32_t events) {
   streams_stop(f->service.streams);
 }
 
+/* A reload that is asked for during the start waits for its end; without this it would be the end.
+ */
+static void hold_reload(void) {
+  sigset_t set;
+  sigemptyset(&set);
+  sigaddset(&set, SIGHUP);
+  sigprocmask(SIG_BLOCK, &set, NULL);
+}
+
 static bool watch_signals(front *f, fault *why) {
   sigset_t set;
   sigemptyset(&set);
@@ -279,6 +288,7 @@ static void log_start(const front *f) {
 int front_main(parameters *set) {
   front f = {.set = set, .listener = {.fd = -1}, .signals = -1, .stop = INFINITY};
   fault why;
+  hold_reload();
   log_limit((log_level)set->log_level);
   const bool started = start(&f, &why);
   if (started) {

@@ -34,7 +34,7 @@ static void get_landing(const service *s, exchange *x) {
   const int chosen = negotiate(x, offers, 2);
   if (chosen == 0) site_serve(x, "landing.json", offers[0]);
   if (chosen == 1 && page_exists()) page_serve(x);
-  if (chosen == 1 && !page_exists()) site_serve(x, "landing.html", html);
+  if (chosen == 1 && !page_exists()) site_serve_page(x, "landing.html");
 }
 
 static void get_asset(const service *s, exchange *x) {
@@ -47,7 +47,7 @@ static void get_api(const service *s, exchange *x) {
   const char *const offers[] = {openapi, media_type(MEDIA_JSON), html};
   const int chosen = negotiate(x, offers, 3);
   if (chosen == 0 || chosen == 1) site_serve(x, "openapi.json", offers[chosen]);
-  if (chosen == 2) site_serve(x, "api.html", html);
+  if (chosen == 2) site_serve_page(x, "api.html");
 }
 
 static void get_conformance(const service *s, exchange *x) {

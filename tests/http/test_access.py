@@ -2,6 +2,7 @@
 of other origins, listening beyond loopback. Needs no network."""
 
 import base64
+import contextlib
 import hashlib
 import json
 import os
@@ -523,6 +524,34 @@ class Files(unittest.TestCase):
                               timeout=daemon.PATIENCE)
         self.assertEqual(done.returncode, 1)
         self.assertIn("/no/such/file", done.stderr)
+
+    def test_a_reload_during_the_start_waits_for_its_end(self):
+        file = TokenFile()
+        self.addCleanup(file.directory.cleanup)
+        file.add("alice")
+        pipe = file.path + ".pipe"
+        os.mkfifo(pipe, 0o600)
+        process = subprocess.Popen(
+            [daemon.program(stub=True), "--listen", "127.0.0.1:0", "--data-dir",
+             file.directory.name, "--tokens", pipe, "--workers", "1"], stderr=subprocess.PIPE,
+            text=True)
+        self.addCleanup(process.kill)
+
+        def opened():  # once the daemon waits at its end
+            with contextlib.suppress(OSError):
+                return os.open(pipe, os.O_WRONLY | os.O_NONBLOCK)
+        end = daemon.wait_until(opened, "it reads the file")
+        text = pathlib.Path(file.path).read_bytes()
+        os.rename(file.path, pipe)
+        process.send_signal(signal.SIGHUP)
+        os.write(end, text)
+        os.close(end)
+        lines = iter(process.stderr.readline, "")
+        self.assertTrue(any("event=listening" in line for line in lines))
+        self.assertTrue(any("event=tokens" in line for line in lines))
+        process.terminate()
+        process.communicate(timeout=daemon.PATIENCE)
+        self.assertEqual(process.returncode, 0)
 
     def test_one_that_others_may_read_is_complained_of(self):
         file = TokenFile()
