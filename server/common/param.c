@@ -141,6 +141,9 @@ static const parameter table[] = {
     {"body-bytes", BYTES, "bytes", AT(limits.body_bytes), "256MiB", 1, NO_END, "body, as sent"},
     {"spool-bytes", BYTES, "bytes", AT(spool_bytes), "16MiB", 0, NO_END,
      "bodies above this go to a file in data-dir instead of memory"},
+    {"aside-bytes", BYTES, "bytes", AT(aside_bytes), "1MiB", 0, NO_END,
+     "bodies and results from this size on are hashed and written to disk by a second thread, so "
+     "that nobody else waits meanwhile"},
     {"decoded-bytes", BYTES, "bytes", AT(limits.decoded_bytes), "1GiB", 1, NO_END,
      "body after its Content-Encoding is undone"},
     {"depth", COUNT, "levels", AT(limits.depth), "64", 1, DOC_DEPTH_MAX, "nesting of a body"},

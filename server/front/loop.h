@@ -1,5 +1,5 @@
 /* loop.h - the event loop of the front: descriptors to watch and chores to do in time. One thread
- * runs it; nothing in the front needs a lock.
+ * runs it; nothing in the front needs a lock but what it gives to the other one (clerk.h).
  */
 #ifndef SCATTERD_LOOP_H
 #define SCATTERD_LOOP_H

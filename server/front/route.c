@@ -286,9 +286,11 @@ static void serve(void *self, exchange *x) {
 }
 
 static void end(void *self, exchange *x) {
+  const service *s = self;
   const route *r = x->route;
   metrics_count(x, r != NULL ? r->path : "none");
-  if (r != NULL && r->end != NULL) r->end(self, x);
+  if (r != NULL && r->end != NULL) r->end(s, x);
+  clerk_close(s->clerk, spool_take(&x->body));
 }
 
 http_handler route_handler(service *s) {

@@ -332,10 +332,12 @@ static enum MHD_Result on_header(connection *c, const char *method, const char *
 static enum MHD_Result on_body(connection *c, const char *bytes, size_t *size) {
   const parameters *set = c->http->set;
   exchange *x = c->x;
+  /* One that will be large goes to its file at once, so that it need not be moved later. */
+  const int64_t memory = x->declared > set->spool_bytes ? 0 : set->spool_bytes;
   c->heard = loop_now();
   if (x->body.size + (int64_t)*size > x->body_most) {
     exchange_refuse(x, 413, "body: got more than %lld bytes (body-bytes)", (long long)x->body_most);
-  } else if (!spool_add(&x->body, bytes, *size, set->spool_bytes, set->data_dir)) {
+  } else if (!spool_add(&x->body, bytes, *size, memory, set->data_dir)) {
     log_say(LOG_ERROR, "spool", "cannot keep a body: %s", strerror(errno));
     exchange_refuse(x, 507, "body: no room to keep it");
   } else {

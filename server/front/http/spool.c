@@ -57,6 +57,12 @@ bool spool_add(spool *s, const void *bytes, size_t size, int64_t memory, const c
   return true;
 }
 
+int spool_take(spool *s) {
+  const int fd = s->fd;
+  s->fd = -1;
+  return fd;
+}
+
 /* The same file, without the right to write. */
 static bool reopen(spool *s) {
   char path[32];

@@ -212,7 +212,7 @@ static void settle(job *c) {
   if (j->shared != NULL) job_shared_settle(c);
 }
 
-static void refuse(job *c, store_result result) {
+void job_refuse(job *c, store_result result) {
   job_files_drop(c->all, &c->row, true);
   while (c->parts != NULL) {
     job *part = c->parts;
@@ -228,7 +228,7 @@ static void keep_trying(job *c, store_result result) {
   jobs *j = c->all;
   c->changed = false;
   if (c->extra != NULL) {
-    refuse(c, result);
+    job_refuse(c, result);
     return;
   }
   if (j->retry <= 0) log_say(LOG_ERROR, "store", "job %s cannot be stored, trying on", c->row.id);
