@@ -7,7 +7,7 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 
 bash .ci/install
-echo "Building"
+echo "Building, which takes a few minutes"
 cmake -S . -B build -G Ninja -DSCATTERD_TESTS=OFF >build.log 2>&1 && cmake --build build >>build.log 2>&1 ||
   { tail -40 build.log; exit 1; }
 rm -f build.log
@@ -23,7 +23,7 @@ else
     kill -0 $daemon 2>/dev/null || { cat build/scatterd.log; exit 1; }
     sleep 0.1
   done
-  echo "The daemon runs as process $daemon, its log is build/scatterd.log"
+  echo "The daemon runs as process $daemon (kill $daemon stops it), its log is build/scatterd.log"
 fi
 
 PYTHONPATH=clients/python /usr/bin/python3 clients/python/examples/gartland.py --url "$url" \

@@ -34,7 +34,7 @@ class Checks:
         print(f"{what:58s} {value:10.3e} {'<=' if good else '> '} {bound:.1e}", flush=True)
 
     def exit(self):
-        print("well" if not self.broken else f"{self.broken} bounds broken")
+        print("all within their bounds" if not self.broken else f"{self.broken} bounds broken")
         sys.exit(1 if self.broken else 0)
 
 
