@@ -13,7 +13,7 @@
 #include "log.h"
 
 struct data_filing {
-  data_filing *next;
+  data_filing *next, **at;
   data_store *all;
   data_filing **held; /* by whom it is wanted, NULL: by nobody any more */
   void (*done)(void *self, data_result result, const data_row *row);
@@ -63,9 +63,8 @@ static void place_equals(data_store *d, const char *id) {
 static void end(data_filing *f, data_result result) {
   data_store *d = f->all;
   const data_row row = f->row;
-  data_filing **at = &d->first;
-  while (*at != f) at = &(*at)->next;
-  *at = f->next;
+  *f->at = f->next;
+  if (f->next != NULL) f->next->at = f->at;
   clerk_close(d->clerk, f->fd);
   if (f->held != NULL) {
     *f->held = NULL;
@@ -202,6 +201,7 @@ void data_add(data_store *d, const data_order *o, data_filing **filing) {
     return;
   }
   *f = (data_filing){.next = d->first,
+                     .at = &d->first,
                      .all = d,
                      .held = filing,
                      .done = o->done,
@@ -211,6 +211,7 @@ void data_add(data_store *d, const data_order *o, data_filing **filing) {
                      .fd = o->fd,
                      .folder = store_data_files(d->store),
                      .task = {take_digest, digested, f, NULL}};
+  if (f->next != NULL) f->next->at = &f->next;
   d->first = f;
   snprintf(f->row.type, sizeof f->row.type, "%s", o->type);
   snprintf(f->row.owner, sizeof f->row.owner, "%s", o->owner.name);
