@@ -46,8 +46,7 @@ static data_result result_of_errno(int error) {
 
 static data_filing *find_equal(const data_store *d, const char *id, bool writes) {
   for (data_filing *f = d->first; f != NULL; f = f->next) {
-    /* NOLINTNEXTLINE(clang-analyzer-unix.Malloc): it does not see that end() takes f off the list
-     */
+    /* NOLINTNEXTLINE(clang-analyzer-unix.Malloc): end() takes f off the list, by f->at */
     if ((writes ? f->writes : f->waits) && strcmp(f->row.id, id) == 0) return f;
   }
   return NULL;
