@@ -227,6 +227,19 @@ static bool is_forged(const service *s, const exchange *x) {
 
 /* ---- The handler ---- */
 
+/* A path of UM-Bridge, whatever the method. */
+static bool is_of_model(const route *r) {
+  return r->serve == bridge_serve || r->serve == bridge_info;
+}
+
+static void look(void *self, exchange *x) {
+  char item[2][EXCHANGE_ITEM];
+  (void)self;
+  for (int k = 0; k < ROWS && !x->model_error; k++) {
+    x->model_error = is_of_model(&table[k]) && fits(table[k].path, x->path, item);
+  }
+}
+
 /* Does it need a token? */
 static bool is_open(const service *s, const route *r) {
   return r != NULL && (r->who == EVERYBODY || (r->who == WATCHERS && s->set->open_metrics));
@@ -281,5 +294,5 @@ static void end(void *self, exchange *x) {
 }
 
 http_handler route_handler(service *s) {
-  return (http_handler){s, begin, serve, end};
+  return (http_handler){s, look, begin, serve, end};
 }

@@ -40,7 +40,8 @@ stat() { # FILE NAME: a final statistic of libFuzzer
 
 run_libfuzzer() {
   local target=$1 corpus=$build/corpus/$1 found=$build/findings/$1 log=$build/findings/$1.log
-  local options=(-max_total_time="$seconds" -timeout=60 -rss_limit_mb=3000 -print_final_stats=1
+  local options=(-max_total_time="$seconds" -timeout=60 -report_slow_units=60 -rss_limit_mb=3000
+    -print_final_stats=1
     -artifact_prefix="$found/" -use_value_profile=1 -verbosity=1)
   mkdir -p "$corpus" "$found"
   local words=$build/tests/fuzz/seeds/$target.dict

@@ -320,6 +320,7 @@ static enum MHD_Result on_header(connection *c, const char *method, const char *
   const http *h = c->http;
   head facts;
   read_head(c, method, version, &facts);
+  if (exchange_find_path(c->x)) h->handler.look(h->handler.self, c->x);
   if (admit(c->x, &facts, h->set, &h->place)) h->handler.begin(h->handler.self, c->x);
   c->state = BODY;
   c->heard = loop_now();

@@ -1,6 +1,7 @@
 #include "seam.h"
 
 #include <ctype.h>
+#include <stddef.h>
 #include <string.h>
 
 static bool is_token(const char *name) {
@@ -18,7 +19,7 @@ static bool is_joined(const char *name, const char *value) {
 }
 
 /* Are from and to as far apart as so many ends of lines, each CR LF or LF? */
-static bool are_lines(const char *from, const char *to, int lines) {
+static bool are_lines(const char *from, const char *to, ptrdiff_t lines) {
   return to - from >= lines && to - from <= 2 * lines;
 }
 

@@ -109,9 +109,15 @@ static void waited(void *self, const job_view *now) {
 
 static bool check_key(submission *b);
 
-/* By way of another daemon a request with the same key may have been a moment faster. */
+/* By way of another daemon a request with the same key, or of the same owner, may have been a
+ * moment faster. */
 static void refuse_stored(submission *b, store_result result) {
-  if (result != STORE_TAKEN || check_key(b)) job_refuse_store(b->x, result);
+  if (result == STORE_TAKEN && !check_key(b)) return;
+  if (result == STORE_LIMIT) {
+    quota_refuse_late(b->service, b->x);
+  } else {
+    job_refuse_store(b->x, result);
+  }
 }
 
 static void stored(void *self, const job_row *row, store_result result) {
@@ -240,6 +246,7 @@ static job_order order_of(submission *b, const frames *f, const pool_outcome *o)
   row->parts = f->count;
   row->reusable = is_pure(row->process) && !f->external;
   snprintf(b->extra.base, sizeof b->extra.base, "%s", x->base);
+  b->extra.jobs_most = quota_jobs(b->service, x);
   if (f->count > 0) row->size = (int64_t)o->size; /* the frames hold the requests of the parts */
   return order;
 }
