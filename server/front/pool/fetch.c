@@ -290,7 +290,10 @@ fetches *fetches_new(const service *s) {
 
 void fetches_free(fetches **f) {
   if (*f == NULL) return;
-  while ((*f)->first != NULL) cancel((*f)->first);
+  for (wish *w = (*f)->first, *next; w != NULL; w = next) {
+    next = w->next;
+    cancel(w);
+  }
   pool_on_values((*f)->service->pool, &(pool_values){0});
   free(*f);
   *f = NULL;

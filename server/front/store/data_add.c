@@ -20,7 +20,7 @@ struct data_filing {
   void *self;
   int64_t most; /* bytes that the owner may have */
   data_row row;
-  int fd;
+  int fd, folder; /* from the one into the other */
   clerk_task task;
   int error;   /* errno of the task, 0 if it went well */
   bool writes; /* it is being written: its bytes count, and equal ones wait for it */
@@ -46,6 +46,7 @@ static data_result result_of_errno(int error) {
 
 static data_filing *find_equal(const data_store *d, const char *id, bool writes) {
   for (data_filing *f = d->first; f != NULL; f = f->next) {
+    /* NOLINTNEXTLINE(clang-analyzer-unix.Malloc): end() takes f off the list, by f->at */
     if ((writes ? f->writes : f->waits) && strcmp(f->row.id, id) == 0) return f;
   }
   return NULL;
@@ -134,7 +135,7 @@ static data_result add_row(data_filing *f) {
   if (f->error != 0) return result_of_errno(f->error);
   date(f);
   const store_result result = f->held != NULL ? store_data_add(d->store, &f->row) : STORE_NONE;
-  if (result != STORE_OK) clerk_drop(d->clerk, store_data_files(d->store), f->row.id);
+  if (result != STORE_OK) clerk_drop(d->clerk, f->folder, f->row.id);
   return result_of(result);
 }
 
@@ -143,8 +144,7 @@ static data_result add_row(data_filing *f) {
 /* In the thread. A large memory file takes a while to close, too. */
 static void write_file(void *self) {
   data_filing *f = self;
-  const int at = store_data_files(f->all->store);
-  f->error = keep_file(at, f->row.id, f->fd, (size_t)f->row.size) ? 0 : errno;
+  f->error = keep_file(f->folder, f->row.id, f->fd, (size_t)f->row.size) ? 0 : errno;
   if (f->fd >= 0) close(f->fd);
   f->fd = -1;
 }
@@ -210,6 +210,7 @@ void data_add(data_store *d, const data_order *o, data_filing **filing) {
                      .most = o->owner.bytes,
                      .row = {.size = (int64_t)o->size},
                      .fd = o->fd,
+                     .folder = store_data_files(d->store),
                      .task = {take_digest, digested, f, NULL}};
   if (f->next != NULL) f->next->at = &f->next;
   d->first = f;
