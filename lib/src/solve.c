@@ -215,7 +215,9 @@ static sct_status check_condition(sct_solver *s, sct_error *err) {
   if (s->kind->iterates) return SCT_OK;
   sct_status status = reciprocal_condition(s, rcond, err);
   if (status != SCT_OK || *rcond >= least_reciprocal_condition) return status;
-  return sct_fail(err, SCT_E_SINGULAR, -1, "reciprocal condition number is %.1e, needs %.0e",
+  return sct_fail(err, SCT_E_SINGULAR, -1,
+                  "reciprocal condition number is %.1e, needs %.0e (do all points at "
+                  "the rim of the cloud have a condition?)",
                   *rcond, least_reciprocal_condition);
 }
 

@@ -2,7 +2,8 @@
  * the body's first word says: "sleep 2", "abort", "exit 3", "memory", "hog", "big 1000000",
  * "problem", "phase half 0.5 2" (reports, then sleeps), "nothing" (a reply of no bytes), "residual
  * 1e-3", "try open" (says what the kernel says to an attempt that a sandbox must refuse), "lie two"
- * (says to the front what no worker says).
+ * (says to the front what no worker says), "wish URL" (wants two values at once), "checkpoints 2"
+ * (has 49 states kept, then sleeps).
  *
  * A check finds everything good but "bad"; "needs 1e9 2" (s) is estimated at so many bytes, "call
  * URL" has a subscriber, "batch 3 sleep 1" is three requests "sleep 1 #0", "sleep 1 #1", ... A
@@ -255,6 +256,11 @@ static void lie_status(void) {
   (void)memory_file_seal(fd);
   say((ipc_news){.kind = IPC_REPLY, .status = 99999, .size = 3}, fd);
 }
+static void lie_page(void) { /* a page that would be served under /data */
+  const int fd = filled("page");
+  (void)memory_file_seal(fd);
+  say((ipc_news){.kind = IPC_KEEP, .size = 3, .type = "text/html"}, fd);
+}
 static void lie_ready(void) {
   say((ipc_news){.kind = IPC_READY}, -1);
 }
@@ -293,12 +299,31 @@ static void lie_flood(void) {
   while (ipc_send(IPC_SOCKET, &news, sizeof news, -1)) continue;
 }
 
+/* "wish URL": wants it twice without waiting for the first. */
+static void do_wish(const ask *a, const char *text, reply *r) {
+  ipc_news news = {.kind = IPC_FETCH};
+  (void)a, (void)r;
+  snprintf(news.href, sizeof news.href, "%s", text + strspn(text, " "));
+  say(news, -1);
+  say(news, -1);
+  pause_for(60);
+}
+
+/* Many checkpoints at once, each longer than the one before. */
+static void do_checkpoints(const ask *a, const char *text, reply *r) {
+  char bytes[50] = "";
+  for (size_t k = 1; k < sizeof bytes; k++) a->calls.checkpoint(a->calls.context, bytes, k);
+  pause_for(atof(text));
+  echo(a, text, r);
+}
+
 static const struct {
   const char *word;
   void (*tell)(void);
 } lies[] = {{"unsealed", lie_unsealed}, {"short", lie_short}, {"stream", lie_stream},
-            {"status", lie_status},     {"ready", lie_ready}, {"kind", lie_kind},
-            {"piece", lie_piece},       {"two", lie_two},     {"flood", lie_flood}};
+            {"status", lie_status},     {"page", lie_page},   {"ready", lie_ready},
+            {"kind", lie_kind},         {"piece", lie_piece}, {"two", lie_two},
+            {"flood", lie_flood}};
 
 /* The front kills it for that, or it sleeps until its time is over. */
 static void do_lie(const ask *a, const char *text, reply *r) {
@@ -313,11 +338,14 @@ static void do_lie(const ask *a, const char *text, reply *r) {
 static const struct {
   const char *word;
   void (*run)(const ask *a, const char *text, reply *r);
-} words[] = {{"sleep", do_sleep},       {"abort", do_abort},  {"exit", do_exit},
-             {"memory", do_memory},     {"hog", do_hog},      {"big", do_big},
-             {"problem", do_problem},   {"phase", do_phase},  {"nothing", do_nothing},
-             {"try", do_try},           {"fail", do_problem}, {"needs", do_needs},
-             {"residual", do_residual}, {"lie", do_lie}};
+} words[] = {{"sleep", do_sleep},       {"abort", do_abort},
+             {"exit", do_exit},         {"memory", do_memory},
+             {"hog", do_hog},           {"big", do_big},
+             {"problem", do_problem},   {"phase", do_phase},
+             {"nothing", do_nothing},   {"try", do_try},
+             {"fail", do_problem},      {"needs", do_needs},
+             {"residual", do_residual}, {"lie", do_lie},
+             {"wish", do_wish},         {"checkpoints", do_checkpoints}};
 
 /* ---- Checks ---- */
 

@@ -2,6 +2,7 @@
 
 import contextlib
 import pathlib
+import socket
 import unittest
 
 import daemon
@@ -46,13 +47,36 @@ class Lies(daemon.Case):
     def test_lies(self):
         self.execute("before")
         before = len(daemon.descriptors(self.daemon.pid))
-        for what in ("unsealed", "short", "stream", "status", "ready", "kind", "piece", "two"):
+        for what in ("unsealed", "short", "stream", "status", "page", "ready", "kind", "piece",
+                     "two"):
             with self.subTest(what):
                 reply = self.execute(f"lie {what}")
                 self.assertEqual(reply.status, 500, reply.body)
                 self.assertEqual(self.execute("truth").body, b"truth")
         daemon.wait_until(lambda: len(daemon.descriptors(self.daemon.pid)) <= before,
                           "all descriptors that came with them are closed")
+
+    def test_two_wishes_at_once(self):
+        reply = self.execute("wish http://127.0.0.1:9/never")  # refused at once: no fetch-hosts
+        self.assertEqual(reply.status, 504)
+        with socket.create_server(("127.0.0.1", 0)) as silent:
+            host = f"127.0.0.1:{silent.getsockname()[1]}"
+            other = daemon.Daemon("--workers", "1", "--fetch-hosts", host, "--fetch-private-hosts",
+                                  host)
+            self.addCleanup(other.stop)
+            reply = other.request("POST", daemon.EXECUTE, f"wish http://{host}/never",
+                                  {"Content-Type": "application/json"})
+            self.assertEqual(reply.status, 500, reply.body)
+
+    def test_checkpoints_that_come_too_fast_are_not_kept(self):
+        reply = self.execute("checkpoints 1.5", Prefer="respond-async")
+        job = reply.json["jobID"]
+        def kept():
+            return list(pathlib.Path(self.daemon.data).rglob(f"{job}.checkpoint"))
+        size = daemon.wait_until(kept, "a checkpoint")[0].stat().st_size
+        self.assertEqual(size, 1)
+        daemon.wait_until(lambda: self.get(f"/jobs/{job}").json["status"] == "successful",
+                          "its end")
 
     def test_one_that_talks_without_end_takes_no_turn_of_others(self):
         with contextlib.closing(self.daemon.connect()) as connection:

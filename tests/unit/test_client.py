@@ -335,6 +335,16 @@ class Pictures(unittest.TestCase):
 
 
 class Command(unittest.TestCase):
+    def test_where_options_of_the_connection_stand(self):
+        def parsed(*words):
+            options = command.parser().parse_args(words)
+            return options.url, options.timeout
+        self.assertEqual(parsed("processes"), (None, 600))
+        self.assertEqual(parsed("--url", "http://a", "processes"), ("http://a", 600))
+        self.assertEqual(parsed("processes", "--url", "http://b"), ("http://b", 600))
+        self.assertEqual(parsed("--url", "http://a", "--timeout", "5", "processes", "--url",
+                                "http://b"), ("http://b", 5))
+
     def run_command(self, *arguments):
         out, err = io.StringIO(), io.StringIO()
         with redirect_stdout(out), redirect_stderr(err):

@@ -30,19 +30,26 @@ def main(arguments: list[str] | None = None) -> int:
         return 1
 
 
+def add_connection(to: argparse.ArgumentParser) -> None:
+    to.add_argument("--url", help=f"address (default $SCATTERD_URL, else {DEFAULT_URL})")
+    to.add_argument("--token", help="bearer token, if the service wants one (default "
+                    "$SCATTERD_TOKEN, which other users of this machine cannot see)")
+    to.add_argument("--ca", metavar="FILE", help="certificates to trust beside those of the "
+                    "system (default $SCATTERD_CA)")
+    to.add_argument("--timeout", type=float, help="seconds to wait (default 600)")
+    to.add_argument("--format", choices=("cbor", "json"), help="format on the wire")
+
+
 def parser() -> argparse.ArgumentParser:
-    shared = argparse.ArgumentParser(add_help=False)
-    shared.add_argument("--url", help=f"address (default $SCATTERD_URL, else {DEFAULT_URL})")
-    shared.add_argument("--token", help="bearer token, if the service wants one (default "
-                        "$SCATTERD_TOKEN, which other users of this machine cannot see)")
-    shared.add_argument("--ca", metavar="FILE", help="certificates to trust beside those of the "
-                        "system (default $SCATTERD_CA)")
-    shared.add_argument("--timeout", type=float, default=600, help="seconds to wait (default 600)")
-    shared.add_argument("--format", choices=("cbor", "json"), help="format on the wire")
+    """Options of the connection may stand before the command or behind it, where they win."""
+    shared = argparse.ArgumentParser(add_help=False, argument_default=argparse.SUPPRESS)
+    add_connection(shared)
     top = argparse.ArgumentParser(
         prog="scatterd-client",
         description="Partial differential equations on particle clouds, by a scatterd.",
     )
+    add_connection(top)
+    top.set_defaults(timeout=600.0)
     commands = top.add_subparsers(metavar="COMMAND", required=True)
     for name, text in PROCESSES.items():
         command = commands.add_parser(name, help=text, parents=[shared])

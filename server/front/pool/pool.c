@@ -156,6 +156,7 @@ void pool_on_values(pool *p, const pool_values *values) {
 }
 
 void pool_give(pool *p, pool_task *task, const ipc_given *given, int fd) {
+  task->wishes = false;
   for (int k = 0; k < p->count; k++) {
     worker *w = &p->workers[k];
     if (w->task == task && !ipc_send(w->child.socket, given, sizeof *given, fd)) worker_kill(w);

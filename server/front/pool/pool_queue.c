@@ -15,6 +15,7 @@ pool_task *task_new(const ipc_ask *ask, int body, const pool_calls *calls, void 
   t->ask = *ask;
   t->body = body;
   t->submitted = loop_now();
+  t->saved = -INFINITY;
   t->calls = calls;
   t->context = context;
   return t;

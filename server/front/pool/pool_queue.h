@@ -12,6 +12,8 @@ struct pool_task {
   const pool_calls *calls;
   void *context;
   bool is_job;
+  bool wishes;               /* its worker waits for an ipc_given */
+  double saved;              /* loop_now of its last checkpoint */
   double submitted, started; /* loop_now; at which a worker got it */
   char phase[32];
   double entered; /* loop_now at which the phase began */

@@ -27,6 +27,12 @@ static bool has_bytes(int fd, int64_t size) {
          facts.st_size >= size;
 }
 
+/* Is it a media type of ours? What is kept is served as that, and a page would run in a browser. */
+static bool is_plain(const char *type) {
+  media known;
+  return media_find(type, &known);
+}
+
 /* Could an honest worker say this of its reply? */
 static bool makes_sense(const ipc_news *news) {
   return news->status >= 200 && news->status <= 599 && news->coding < CODING_COUNT &&
@@ -76,10 +82,14 @@ static bool take_progress(worker *w, const ipc_news *news, int fd) {
   return true;
 }
 
+/* Each is a file that the front waits for, so one that comes too soon is not kept. */
 static bool take_checkpoint(worker *w, const ipc_news *news, int fd) {
+  static const double pause = 1; /* honest workers make one in two seconds */
   pool_task *t = w->task;
   if (w->state != BUSY || !has_bytes(fd, news->size)) return false;
-  if (t->calls->heard != NULL) {
+  const double now = loop_now();
+  if (t->calls->heard != NULL && now >= t->saved + pause) {
+    t->saved = now;
     t->calls->heard(t->context, news, fd);
   } else {
     close(fd);
@@ -91,7 +101,9 @@ static bool take_wish(worker *w, const ipc_news *news, int fd) {
   static const ipc_given nobody = {.status = 400, .detail = "values by reference are not served"};
   const pool_values *v = &w->pool->values;
   if (w->state != BUSY || (news->kind == IPC_KEEP) != (fd >= 0)) return false;
-  if (fd >= 0 && !has_bytes(fd, news->size)) return false;
+  if (fd >= 0 && (!has_bytes(fd, news->size) || !is_plain(news->type))) return false;
+  if (w->task->wishes) return false; /* it should wait */
+  w->task->wishes = true;
   if (v->wanted != NULL) {
     v->wanted(v->self, w->task, news, fd);
   } else {
