@@ -795,7 +795,7 @@ class After(unittest.TestCase):
         made = first.request("POST", daemon.EXECUTE, "sleep 30",
                              {**ASYNC, **bearer(file.secret["alice"])}).json["jobID"]
         first.stop(keep=True)
-        second = daemon.Daemon("--tokens", file.path, "--workers", "1", directory=first.directory)
+        second = daemon.Daemon("--tokens", file.path, "--workers", "2", directory=first.directory)
         self.addCleanup(second.stop)
         second.wait_ready()
 
