@@ -51,7 +51,7 @@ void job_wait_again(job *c) {
   if (c->row.state == JOB_RUNNING) {
     job_become(c, JOB_ACCEPTED, "waits again: the service ended in attempt %d", c->row.attempts);
   }
-  if (j->shared == NULL) (void)job_enqueue(c, false); /* else whoever takes it */
+  if (j->shared == NULL) job_enqueue(c, false); /* else whoever takes it */
 }
 
 static bool take_up(void *context, const job_row *row) {

@@ -118,6 +118,7 @@ static data_result renew(data_store *d, const char *type, data_row *row) {
 
 static data_result failure(void) {
   if (errno == ENOSPC || errno == EDQUOT) return DATA_FULL;
+  if (errno == ENOMEM) return DATA_DOWN;
   log_say(LOG_ERROR, "data", "%s", strerror(errno));
   return DATA_FAILED;
 }

@@ -25,7 +25,7 @@ typedef enum {
   STORE_NONE,   /* there is no such row */
   STORE_TAKEN,  /* another job has this Idempotency-Key */
   STORE_FULL,   /* the disk is, or a quota */
-  STORE_DOWN,   /* the database does not answer; it is tried again all the time */
+  STORE_DOWN,   /* the database does not answer, or has no memory: which passes */
   STORE_FAILED, /* anything else; the log knows */
 } store_result;
 

@@ -1,0 +1,377 @@
+#!/usr/bin/env python3
+"""http.memory: the front has no memory: its n-th allocation fails, alone or with all after it, for
+every n of every kind of request, of a start and of a reload; or all of them do for a while. Who asks
+gets the right answer, or one that says there is no room, or a closed connection; the daemon goes on,
+loses nothing it accepted, leaves nothing behind, and is as before when there is memory again.
+SCATTERD_EVERY=1 takes each n, not only some."""
+
+import collections
+import contextlib
+import errno
+import http.client
+import itertools
+import os
+import re
+import shutil
+import signal
+import ssl
+import sys
+import threading
+import time
+import unittest
+
+sys.dont_write_bytecode = True
+import daemon  # noqa: E402
+import faults as ordered  # noqa: E402
+import test_access  # noqa: E402
+import test_callbacks  # noqa: E402
+import test_tls  # noqa: E402
+from accounting import LARGE, account, work  # noqa: E402
+from test_exhausted import processor_seconds  # noqa: E402
+
+EVERY = os.environ.get("SCATTERD_EVERY")
+OPTIONS = ["--workers", "3", "--spool-bytes", "64KiB", "--job-attempts", "100",
+           "--reuse-results", "0"]
+JSON = {"Content-Type": "application/json"}
+ASYNC = JSON | {"Prefer": "respond-async"}
+REFUSALS = (413, 500, 503, 507)
+CLOSED = (ConnectionError, http.client.HTTPException, ssl.SSLError)  # a time-out is none of them
+count = itertools.count()
+
+
+def steps():
+    """The n that are tried: all, or fewer and fewer."""
+    n = 0
+    while True:
+        yield n
+        n += 1 if EVERY else 1 + n // 6
+
+
+class Known(daemon.Daemon):
+    """A daemon that wants a token, and gets it."""
+
+    def __init__(self, *options, secret="", **more):
+        self.known = test_access.bearer(secret)
+        super().__init__(*options, **more)
+
+    def request(self, method, path, body=None, headers=None):
+        return super().request(method, path, body, self.known | (headers or {}))
+
+
+class Refused(Exception):
+    """The daemon said that it has no memory."""
+
+
+class Client:
+    """Asks a daemon, and judges what it says. What it says without faults comes first."""
+
+    def __init__(self, server):
+        self.server = server
+        self.accepted = {}
+        self.usual = {}
+
+    def judge(self, name, reply):
+        """Raises Refused for a proper refusal; asserts that it is the usual answer otherwise."""
+        fields = sorted(map(str.lower, set(reply.headers.keys()) - {"Content-Encoding"}))
+        facts = (reply.status, fields, reply.type)  # packed or not, as memory allows
+        if facts == self.usual.setdefault(name, facts):
+            return reply
+        assert reply.status in REFUSALS, (name, facts, self.usual[name], reply.body[:300])
+        if reply.status != self.usual[name][0] and reply.body:
+            assert reply.json, (name, facts)
+        raise Refused(name)
+
+    def ask(self, name, method, path, body=None, headers=None):
+        """The usual answer, or Refused."""
+        return self.judge(name, self.server.request(method, path, body, headers))
+
+    def submit(self, name, body, headers=None):
+        """A job that was accepted, and is to be accounted for."""
+        reply = self.ask(name, "POST", daemon.EXECUTE, body, ASYNC | (headers or {}))
+        job = reply.json["jobID"]
+        assert reply.headers["Location"].endswith(f"/jobs/{job}"), reply.headers
+        self.accepted[job] = body
+        return job
+
+    def end(self, name, job):
+        """Waits for a job; how it ended."""
+        while True:
+            reply = self.ask(name, "GET", f"/jobs/{job}", None, {"Prefer": "wait=20"})
+            if reply.json["status"] not in ("accepted", "running"):
+                return reply.json["status"]
+
+    def end_well(self, name, job):
+        status = self.end(name, job)
+        if status == "failed":  # it was told, and account() looks at the reason
+            raise Refused(name)
+        assert status == "successful", status
+
+
+# ---- What is asked for: each part is a request or a few that belong together ----
+
+def solve(client):
+    k = next(count)
+    for size in (0, 30000, 100000):
+        body = f"now {k}" + size * " "
+        assert client.ask(f"{size}", "POST", daemon.EXECUTE, body, JSON).body.decode() == body
+
+
+def job(client):
+    job = client.submit("submit", f"job {next(count)}")
+    client.end_well("poll", job)
+    result = client.ask("result", "GET", f"/jobs/{job}/results").body.decode()
+    assert result == client.accepted[job]
+
+
+def large_job(client):
+    job = client.submit("submit", f"large {next(count)}" + LARGE, {"Idempotency-Key": f"{time.time()}"})
+    client.end_well("poll", job)
+    result = client.ask("result", "GET", f"/jobs/{job}/results", None, {"Range": "bytes=0-4"})
+    assert result.body == b"large", result.body
+
+
+def waited_for(client):
+    body = f"waited for {next(count)}"
+    reply = client.server.request("POST", daemon.EXECUTE, body,
+                                  JSON | {"Prefer": "respond-async, wait=2"})
+    if reply.status == 201:  # it takes longer, without memory
+        client.accepted[reply.json["jobID"]] = body
+    else:
+        assert client.judge("wait", reply).body.decode() == body
+
+
+def dismissal(client):
+    job = client.submit("submit", f"sleep 1 {next(count)}")
+    del client.accepted[job]
+    for _ in range(3):  # who is not answered asks again
+        with contextlib.suppress(*CLOSED, Refused):
+            client.ask("dismiss", "DELETE", f"/jobs/{job}")
+            break
+    client.server.faults.clear()
+    client.server.request("DELETE", f"/jobs/{job}")
+    client.ask("again", "DELETE", f"/jobs/{job}")
+    assert client.ask("gone", "GET", f"/jobs/{job}").json["status"] == "dismissed"
+
+
+def lists(client):
+    client.ask("first page", "GET", "/jobs?limit=3")
+    client.ask("filtered", "GET", "/jobs?status=successful&processID=solve&limit=2")
+
+
+def events(client):
+    """A stream that ends has told everything; one that breaks off is resumed by the browser."""
+    job = client.submit("submit", f"phase half 0.5 0.05 {next(count)}")
+    reply = client.ask("events", "GET", f"/jobs/{job}/events")
+    assert re.search(rb'event: status\ndata: .*"status":"(successful|failed)".*\n\n$', reply.body), \
+        reply.body
+
+
+def upload(client):
+    body = f"[{next(count)}, 1, 4]"
+    stored = client.ask("upload", "POST", "/data", body, JSON)
+    path = stored.headers["Location"]
+    path = "/data/" + path.rsplit("/", 1)[1]
+    assert client.ask("download", "GET", path).body.decode() == body
+    large = client.ask("large", "POST", "/data", f"[{next(count)}]" + 100000 * " ", JSON)
+    client.ask("removal", "DELETE", "/data/" + large.headers["Location"].rsplit("/", 1)[1])
+
+
+def batch(client):
+    reply = client.ask("submit", "POST", daemon.EXECUTE, f"batch 3 x {next(count)}", ASYNC)
+    job = reply.json["jobID"]
+    client.end_well("poll", job)
+    client.ask("results", "GET", f"/jobs/{job}/results")
+    client.ask("one", "GET", f"/jobs/{job}/results/1")
+
+
+def bridge(client):
+    client.ask("info", "GET", "/Info")
+    assert client.ask("evaluate", "POST", "/Evaluate", '{"name": "solve"}').body
+
+
+def page(client):
+    html = client.ask("page", "GET", "/", None, {"Accept": "text/html"})
+    client.ask("packed", "GET", "/", None, {"Accept": "text/html", "Accept-Encoding": "gzip"})
+    for path in re.findall(rb'(?:src|href)="/?(assets/[^"]+)"', html.body)[:2]:
+        tag = client.ask(f"{path}", "GET", "/" + path.decode()).headers["ETag"]
+        client.ask(f"{path} again", "GET", "/" + path.decode(), None, {"If-None-Match": tag})
+
+
+def documents(client):
+    for path in ("/", "/api", "/conformance", "/processes", "/processes/solve"):
+        client.ask(path, "GET", path)
+    client.ask("packed", "GET", "/api", None, {"Accept-Encoding": "gzip"})
+
+
+def mistakes(client):
+    client.ask("body", "POST", daemon.EXECUTE, "bad", ASYNC)
+    client.ask("problem", "POST", daemon.EXECUTE, "problem", JSON)
+    client.ask("type", "POST", daemon.EXECUTE, "x", {"Content-Type": "text/plain"})
+    client.ask("route", "GET", "/nowhere?" + 3000 * "a")
+    client.ask("method", "PUT", "/jobs")
+    client.ask("job", "GET", "/jobs/none")
+    client.ask("process", "POST", "/processes/none/execution", "{}", JSON)
+    client.ask("query", "GET", "/jobs?limit=none")
+
+
+def head_and_options(client):
+    for path in ("/api", "/jobs", "/healthz"):
+        assert client.ask(f"HEAD {path}", "HEAD", path).body == b""
+        client.ask(f"OPTIONS {path}", "OPTIONS", path)
+
+
+def metrics(client):
+    assert b"scatterd_jobs" in client.ask("metrics", "GET", "/metrics").body
+    client.ask("ready", "GET", "/readyz")
+    client.ask("alive", "GET", "/healthz")
+
+
+def tokens(client):
+    secret = client.server.known["Authorization"].split()[1]
+    client.ask("basic", "GET", "/jobs?limit=1", None, test_access.basic("alice", secret))
+    client.ask("wrong", "GET", "/jobs?limit=1", None, test_access.basic("alice", "wrong"))
+    client.ask("none", "GET", "/jobs?limit=1", None, {"Authorization": ""})
+
+
+def chunked(client):
+    """A body of unknown length, in pieces; one that is too long."""
+    parts = [b"in pieces " + f"{next(count)}".encode(), 40000 * b" ", 40000 * b" "]
+    reply = client.ask("chunked", "POST", daemon.EXECUTE, iter(parts), JSON)
+    assert reply.body == b"".join(parts)
+
+
+def kept_connection(client):
+    """Several requests on one connection."""
+    with contextlib.closing(client.server.connect()) as connection:
+        for k in range(3):
+            connection.request("POST", daemon.EXECUTE, f"kept {k}", JSON | client.server.known)
+            reply = client.judge("kept", daemon.Reply(connection.getresponse()))
+            assert reply.body.decode() == f"kept {k}"
+
+
+def callback(client):
+    """Subscribers are called when there is memory again, too."""
+    with client.receiver.lock:
+        before = client.receiver.count
+    job = client.submit("submit", f"call {client.receiver.url} {next(count)}")
+    client.end("poll", job)
+    client.server.faults.clear()
+    daemon.wait_until(lambda: client.receiver.count > before, "a call")
+
+
+PARTS = [solve, job, large_job, waited_for, dismissal, lists, events, upload, batch, bridge, page,
+         documents, mistakes, head_and_options, metrics, tokens, chunked, kept_connection]
+
+
+class Case(unittest.TestCase):
+    def setUp(self):
+        self.faults = ordered.Faults(memory=True)
+        self.addCleanup(self.faults.close)
+        self.addCleanup(shutil.rmtree, self.faults.directory, True)
+        self.file = test_access.TokenFile()
+        self.addCleanup(self.file.directory.cleanup)
+        self.file.add("alice")
+
+    def start(self, *options):
+        server = Known(*OPTIONS, "--tokens", self.file.path, *options,
+                       secret=self.file.secret["alice"], directory=self.faults.directory,
+                       environment=self.faults.environment)
+        self.addCleanup(lambda: server.process.poll() is None and server.stop())
+        server.faults = self.faults
+        return server
+
+    def assert_alive(self, server):
+        self.assertIsNone(server.process.poll(), "\n".join(server.log[-20:]))
+
+    def assert_sound(self, server):
+        self.assert_alive(server)
+        log = "\n".join(server.log)
+        self.assertNotIn("Sanitizer", log)
+        self.assertNotIn("runtime error", log)
+        accepted = {}
+        self.assertTrue(work(server, accepted))
+        self.assertEqual(account(server, accepted, False), 0)
+
+    def assert_calm(self, server, seconds=1):
+        before = processor_seconds(server.pid)
+        time.sleep(seconds)
+        self.assertLess(processor_seconds(server.pid) - before, seconds / 4, "it spins")
+
+    def assert_idle(self, server):
+        """No job is stuck."""
+        for state in ("accepted", "running"):
+            daemon.wait_until(lambda: server.request("GET", f"/jobs?status={state}").json["jobs"]
+                              == [], f"no job that is {state}")
+
+    def assert_tidy(self, server):
+        """Every file belongs to a job that is known."""
+        for name in os.listdir(os.path.join(server.data, "jobs")):
+            self.assertEqual(server.request("GET", "/jobs/" + name[:32]).status, 200, name)
+
+    def stop(self, server):
+        self.assertEqual(server.stop(keep=True), 0, "\n".join(server.log[-40:]))
+        self.assertNotIn("Sanitizer", "\n".join(server.log))
+
+
+class EachAllocation(Case):
+    def descriptors(self, server):
+        """What is open, by kind, and how often."""
+        return collections.Counter(re.sub(r"[:\d].*", "", what.replace("/memfd:", "memory "))
+                                   for what in daemon.descriptors(server.pid).values())
+
+    def attempt(self, client, part, n, times):
+        """The n-th allocation from now on fails; the whole part is done or refused."""
+        server = client.server
+        self.faults.fail("memory", errno.ENOMEM, after=n, times=times)
+        with contextlib.suppress(*CLOSED, Refused):
+            part(client)
+        hits = self.faults.hits("memory")
+        self.faults.clear()
+        self.assert_alive(server)
+        self.assertEqual(server.request("GET", "/healthz").status, 200)
+        return hits
+
+    def each(self, client, part, times):
+        """For every n; how many there are."""
+        tried = 0
+        for n in steps():
+            with self.subTest(part=part.__name__, n=n, times=times):
+                hits = self.attempt(client, part, n, times)
+                failures = account(client.server, client.accepted, True)
+                client.accepted = {}
+                tried += hits > 0
+                self.failures += failures
+                if hits == 0:
+                    return n, tried
+            self.assert_alive(client.server)
+
+    def survive(self, server, parts):
+        for part in parts:
+            self.failures = 0
+            client = Client(server)
+            for _ in range(3):
+                part(client)  # what is made once, and what it says
+            account(server, client.accepted, False)
+            client.accepted = {}
+            before = self.descriptors(server)
+            done = [self.each(client, part, times) for times in (1, -1)]
+            self.assert_idle(server)
+            with contextlib.suppress(AssertionError):
+                daemon.wait_until(lambda: self.descriptors(server) <= before, "all closed", 5)
+            self.assertLessEqual(self.descriptors(server), before)
+            self.assert_sound(server)
+            self.assert_calm(server, 0.5)
+            print(f"{part.__name__}: {done[0][0]} allocations, {sum(d[1] for d in done)} tries, "
+                  f"{self.failures} jobs failed with a reason", flush=True)
+        self.assert_tidy(server)
+        self.stop(server)
+
+    def test_requests(self):
+        server = self.start()
+        server.wait_ready()
+        only = os.environ.get("SCATTERD_PART")
+        self.survive(server, [p for p in PARTS if not only or p.__name__ in only.split(",")])
+
+
+if __name__ == "__main__":
+    unittest.main()
