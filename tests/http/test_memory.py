@@ -96,7 +96,7 @@ class Client:
     def end(self, name, job):
         """Waits for a job; how it ended."""
         while True:
-            reply = self.ask(name, "GET", f"/jobs/{job}", None, {"Prefer": "wait=20"})
+            reply = self.ask(name, "GET", f"/jobs/{job}", None, {"Prefer": "wait=1"})
             if reply.json["status"] not in ("accepted", "running"):
                 return reply.json["status"]
 
@@ -325,6 +325,8 @@ class EachAllocation(Case):
         self.faults.fail("memory", errno.ENOMEM, after=n, times=times)
         with contextlib.suppress(*CLOSED, Refused):
             part(client)
+        if os.environ.get("SCATTERD_TELL"):
+            print(n, times, time.time(), flush=True)
         hits = self.faults.hits("memory")
         self.faults.clear()
         self.assert_alive(server)
