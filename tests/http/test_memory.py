@@ -31,7 +31,8 @@ from test_exhausted import processor_seconds  # noqa: E402
 
 EVERY = os.environ.get("SCATTERD_EVERY")
 OPTIONS = ["--workers", "3", "--spool-bytes", "64KiB", "--job-attempts", "100",
-           "--reuse-results", "0"]
+           "--reuse-results", "0", "--callback-hosts", test_callbacks.RECEIVER.host,
+           "--callback-attempts", "100"]
 JSON = {"Content-Type": "application/json"}
 ASYNC = JSON | {"Prefer": "respond-async"}
 REFUSALS = (413, 500, 503, 507)
@@ -250,17 +251,16 @@ def kept_connection(client):
 
 
 def callback(client):
-    """Subscribers are called when there is memory again, too."""
-    with client.receiver.lock:
-        before = client.receiver.count
-    job = client.submit("submit", f"call {client.receiver.url} {next(count)}")
-    client.end("poll", job)
+    """Who subscribed is called, if not now then when there is memory again."""
+    path = f"/{next(count)}"
+    client.submit("submit", f"call http://{test_callbacks.RECEIVER.host}{path}")
+    time.sleep(0.05)
     client.server.faults.clear()
-    daemon.wait_until(lambda: client.receiver.count > before, "a call")
+    daemon.wait_until(lambda: test_callbacks.RECEIVER.at(path), "a call")
 
 
 PARTS = [solve, job, large_job, waited_for, dismissal, lists, events, upload, batch, bridge, page,
-         documents, mistakes, head_and_options, metrics, tokens, chunked, kept_connection]
+         documents, mistakes, head_and_options, metrics, tokens, chunked, kept_connection, callback]
 
 
 class Case(unittest.TestCase):
@@ -373,6 +373,61 @@ class EachAllocation(Case):
         server.wait_ready()
         only = os.environ.get("SCATTERD_PART")
         self.survive(server, [p for p in PARTS if not only or p.__name__ in only.split(",")])
+
+
+class Starting(Case):
+    """A start without memory: it serves, or says why not; the next one has everything."""
+
+    def before(self):
+        server = self.start()
+        server.wait_ready()
+        accepted = {}
+        self.assertTrue(work(server, accepted))
+        account(server, accepted, False)
+        client = Client(server)
+        for k in range(3):
+            client.submit("waits", f"sleep 0.2 waits {k}")
+            client.submit("waits", f"sleep 0.2 waits too {k}" + LARGE)
+        upload = server.request("POST", "/data", "[3, 1, 4]", JSON)
+        self.assertEqual(upload.status, 201, upload.body)
+        server.stop(signal.SIGKILL, keep=True)
+        return accepted | client.accepted, "/data/" + upload.json["id"]
+
+    def attempt(self, n, times):
+        """Starts with the n-th allocation failing; whether one did, and whether it serves."""
+        self.faults.fail("memory", errno.ENOMEM, after=n, times=times)
+        try:
+            server = self.start()
+        except AssertionError as ended:
+            self.assertRegex(str(ended), "(?i)memory|allocat|cannot|ENOMEM")
+            return True, False
+        hits = self.faults.hits("memory")
+        self.faults.clear()
+        self.assertEqual(server.request("GET", "/healthz").status, 200)
+        self.assertEqual(server.stop(signal.SIGKILL, keep=True), -signal.SIGKILL)
+        return hits > 0, True
+
+    def each(self, times):
+        tried = served = 0
+        for n in steps():
+            with self.subTest(n=n, times=times):
+                hit, serves = self.attempt(n, times)
+                self.faults.clear()
+                if not hit:
+                    return n, tried, served
+                tried += 1
+                served += serves
+
+    def test_each(self):
+        accepted, data = self.before()
+        done = [self.each(times) for times in (1, -1)]
+        server = self.start()
+        account(server, accepted, False)
+        self.assertEqual(server.request("GET", data).status, 200)
+        self.assert_sound(server)
+        self.stop(server)
+        print(f"start: {done[0][0]} allocations, {sum(d[1] for d in done)} tries, "
+              f"{sum(d[2] for d in done)} of which serve; {len(accepted)} jobs kept", flush=True)
 
 
 if __name__ == "__main__":

@@ -162,8 +162,7 @@ static struct MHD_Response *response_of_file(exchange_reply *r) {
   char bytes[16384];
   const int fd = r->fd;
   if (r->size > small) {
-    struct MHD_Response *response =
-        MHD_create_response_from_fd_at_offset64(r->size, fd, r->offset);
+    struct MHD_Response *response = MHD_create_response_from_fd_at_offset64(r->size, fd, r->offset);
     if (response != NULL) r->fd = -1; /* the response closes it */
     return response;
   }

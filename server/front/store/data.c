@@ -55,7 +55,7 @@ static void run(void *self) {
     log_say(LOG_DEBUG, "expired", "data %s", id);
     return;
   }
-  d->expiry = fmax(now + patience, store_data_first_expiry(d->store));
+  d->expiry = fmax(now + patience, store_data_first_expiry(d->store, now + patience));
   if (store_is_shared(d->store)) d->expiry = fmin(d->expiry, now + look_seconds);
 }
 
@@ -74,7 +74,7 @@ static bool is_wanted(void *context, const char *name) {
 data_store *data_new(loop *l, const parameters *set, store *s) {
   data_store *d = calloc(1, sizeof *d);
   if (d == NULL) return NULL;
-  *d = (data_store){.set = set, .store = s, .expiry = store_data_first_expiry(s)};
+  *d = (data_store){.set = set, .store = s, .expiry = store_data_first_expiry(s, 0)};
   if (!store_is_shared(s)) keep_sweep(store_data_files(s), is_wanted, d);
   loop_add(l, (loop_chore){due, run, d});
   return d;
@@ -142,10 +142,9 @@ static data_result write_own(data_store *d, int fd, const data_row *row) {
 }
 
 static data_result write_new(data_store *d, int64_t most, int fd, const data_row *row) {
-  if (store_data_bytes(d->store, "") + row->size > d->set->data_bytes ||
-      store_data_bytes(d->store, row->owner) + row->size > most) {
-    return DATA_QUOTA;
-  }
+  const int64_t all = store_data_bytes(d->store, ""), own = store_data_bytes(d->store, row->owner);
+  if (all < 0 || own < 0) return DATA_DOWN;
+  if (all + row->size > d->set->data_bytes || own + row->size > most) return DATA_QUOTA;
   d->expiry = fmin(d->expiry, row->expires);
   return store_is_shared(d->store) ? write_shared(d, fd, row) : write_own(d, fd, row);
 }
