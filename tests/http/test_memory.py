@@ -10,6 +10,7 @@ import contextlib
 import errno
 import http.client
 import itertools
+import json
 import os
 import re
 import shutil
@@ -57,6 +58,10 @@ class Known(daemon.Daemon):
 
     def request(self, method, path, body=None, headers=None):
         return super().request(method, path, body, self.known | (headers or {}))
+
+
+class Secure(Known, test_tls.Secure):
+    """The same over TLS."""
 
 
 class Refused(Exception):
@@ -259,8 +264,35 @@ def callback(client):
     daemon.wait_until(lambda: test_callbacks.RECEIVER.at(path), "a call")
 
 
+def reload(client):
+    """SIGHUP: what cannot be read changes nothing, for nobody."""
+    server = client.server
+    before = len(server.log)
+    server.process.send_signal(signal.SIGHUP)
+    daemon.wait_until(lambda: any("event=tokens" in line or "event=reload" in line
+                                  for line in server.log[before:]), "the end of the reload")
+    server.faults.clear()
+    for name in server.secrets:
+        client.ask(name, "GET", "/jobs?limit=1", None, test_access.bearer(server.secrets[name]))
+
+
+def by_reference(client):
+    """The worker asks the front for values, and has it keep some."""
+    cloud = json.dumps([[k] for k in (0, 1, 2.5, 4, 5, 6 + 1 / (2 + next(count)))])
+    where = client.ask("upload", "POST", "/data", cloud, JSON).json["href"]
+    body = json.dumps({"inputs": {"cloud": {"href": where}, "field": "2*x"},
+                       "outputs": {"laplacian": {"transmissionMode": "reference"}}})
+    reply = client.ask("apply", "POST", "/processes/apply/execution", body, JSON)
+    kept = re.search(rb'/data/[0-9a-f]{64}', reply.body)
+    client.ask("kept", "GET", kept.group().decode())
+    later = client.ask("job", "POST", "/processes/apply/execution", body, ASYNC).json["jobID"]
+    client.end_well("poll", later)
+    client.ask("results", "GET", f"/jobs/{later}/results")
+
+
 PARTS = [solve, job, large_job, waited_for, dismissal, lists, events, upload, batch, bridge, page,
-         documents, mistakes, head_and_options, metrics, tokens, chunked, kept_connection, callback]
+         documents, mistakes, head_and_options, metrics, tokens, chunked, kept_connection, callback, reload]
+SECURE = [solve, events, upload, kept_connection, reload]
 
 
 class Case(unittest.TestCase):
@@ -270,20 +302,22 @@ class Case(unittest.TestCase):
         self.addCleanup(shutil.rmtree, self.faults.directory, True)
         self.file = test_access.TokenFile()
         self.addCleanup(self.file.directory.cleanup)
-        self.file.add("alice")
+        for name in ("alice", "bob"):
+            self.file.add(name)
 
-    def start(self, *options):
-        server = Known(*OPTIONS, "--tokens", self.file.path, *options,
-                       secret=self.file.secret["alice"], directory=self.faults.directory,
-                       environment=self.faults.environment)
+    def start(self, *first, kind=Known, **more):
+        server = kind(*first, *OPTIONS, "--tokens", self.file.path,
+                      secret=self.file.secret["alice"], directory=self.faults.directory,
+                      environment=self.faults.environment, **more)
         self.addCleanup(lambda: server.process.poll() is None and server.stop())
-        server.faults = self.faults
+        server.faults, server.secrets = self.faults, self.file.secret
         return server
 
     def assert_alive(self, server):
         self.assertIsNone(server.process.poll(), "\n".join(server.log[-20:]))
 
     def assert_sound(self, server):
+        """It does everything."""
         self.assert_alive(server)
         log = "\n".join(server.log)
         self.assertNotIn("Sanitizer", log)
@@ -361,18 +395,102 @@ class EachAllocation(Case):
             with contextlib.suppress(AssertionError):
                 daemon.wait_until(lambda: self.descriptors(server) <= before, "all closed", 5)
             self.assertLessEqual(self.descriptors(server), before)
-            self.assert_sound(server)
+            self.assert_alive(server)
             self.assert_calm(server, 0.5)
             print(f"{part.__name__}: {done[0][0]} allocations, {sum(d[1] for d in done)} tries, "
                   f"{self.failures} jobs failed with a reason", flush=True)
         self.assert_tidy(server)
-        self.stop(server)
 
     def test_requests(self):
         server = self.start()
         server.wait_ready()
-        only = os.environ.get("SCATTERD_PART")
-        self.survive(server, [p for p in PARTS if not only or p.__name__ in only.split(",")])
+        only = os.environ.get("SCATTERD_PART", "").split(",")
+        self.survive(server, [part for part in PARTS if only == [""] or part.__name__ in only])
+        self.assert_sound(server)
+        self.stop(server)
+
+    def test_secure(self):
+        certificates = test_tls.Certificates()
+        self.addCleanup(certificates.directory.cleanup)
+        certificates.make("first")
+        certificates.install("first")
+        server = self.start(certificates, kind=Secure)
+        server.wait_ready()
+        self.survive(server, SECURE)
+        self.assert_sound(server)
+        self.stop(server)
+
+    def test_by_reference(self):
+        """With the real worker."""
+        server = self.start(stub=False)
+        server.wait_ready()
+        self.survive(server, [by_reference])
+        self.stop(server)
+
+
+class ForAWhile(Case):
+    """No memory at all for 2 s."""
+
+    def load(self, server, accepted, over, wrong):
+        while not over.is_set():
+            try:
+                work(server, accepted, REFUSALS)
+            except CLOSED:
+                time.sleep(0.02)
+            except Exception as why:  # noqa: BLE001: told by the test
+                wrong.append(why)
+
+    def test_under_load(self):
+        server = self.start()
+        server.wait_ready()
+        accepted, wrong, over = [{} for _ in range(4)], [], threading.Event()
+        clients = [threading.Thread(target=self.load, args=(server, mine, over, wrong))
+                   for mine in accepted]
+        for client in clients:
+            client.start()
+        time.sleep(0.5)
+        self.faults.fail("memory", errno.ENOMEM)
+        time.sleep(2)
+        hits = self.faults.hits("memory")
+        self.faults.clear()
+        time.sleep(0.5)
+        over.set()
+        for client in clients:
+            client.join(4 * daemon.PATIENCE)
+        self.assertEqual(wrong, [])
+        every = {job: body for mine in accepted for job, body in mine.items()}
+        failures = account(server, every, True)
+        self.assert_idle(server)
+        self.assert_sound(server)
+        self.assert_tidy(server)
+        self.stop(server)
+        print(f"under load: {hits} allocations failed, {len(every)} jobs accepted, {failures} of them "
+              "failed with a reason", flush=True)
+
+    def test_at_rest(self):
+        """A job runs and is watched, one waits, connections stay: it does not spin, and goes on."""
+        server = self.start("--workers", "2")
+        server.wait_ready()
+        client = Client(server)
+        running = client.submit("submit", f"sleep 3 {next(count)}")
+        waiting = client.submit("submit", f"sleep 0.1 {next(count)}")
+        with contextlib.closing(server.connect()) as stream, \
+                contextlib.closing(server.connect()) as kept:
+            stream.request("GET", f"/jobs/{running}/events", None, server.known)
+            kept.request("GET", "/healthz")
+            kept.getresponse().read()
+            self.faults.fail("memory", errno.ENOMEM)
+            self.assert_calm(server, 2)
+            for _ in range(3):
+                with server.raw() as plain:
+                    plain.sendall(b"GET /healthz HTTP/1.1\r\nHost: a\r\n\r\n")
+            self.assert_calm(server, 1)
+            self.faults.clear()
+        for job in (running, waiting):
+            self.assertEqual(client.end("poll", job), "successful")
+        account(server, client.accepted, False)
+        self.assert_sound(server)
+        self.stop(server)
 
 
 class Starting(Case):

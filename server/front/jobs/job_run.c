@@ -194,8 +194,8 @@ static void end_unkept(job *c, int error) {
 }
 
 static void end_replied(job *c, const pool_outcome *o) {
-  const bool unheard = o->status == 503 && c->all->shared != NULL; /* values by reference */
-  if (unheard && wait_again(c, "the database did not answer")) {
+  const bool unheard = o->status == 503; /* a value by reference could not be had now */
+  if (unheard && wait_again(c, "a value by reference could not be had")) {
     log_say(LOG_INFO, "retry", "job %s", c->row.id);
   } else if (o->status != 200) {
     end_refused(c, o);
