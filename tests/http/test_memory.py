@@ -15,6 +15,7 @@ import os
 import re
 import shutil
 import signal
+import socket
 import ssl
 import sys
 import threading
@@ -33,7 +34,7 @@ from test_exhausted import processor_seconds  # noqa: E402
 EVERY = os.environ.get("SCATTERD_EVERY")
 OPTIONS = ["--workers", "3", "--spool-bytes", "64KiB", "--job-attempts", "100",
            "--reuse-results", "0", "--callback-hosts", test_callbacks.RECEIVER.host,
-           "--callback-attempts", "100"]
+           "--callback-attempts", "100", "--heartbeat-seconds", "1"]
 JSON = {"Content-Type": "application/json"}
 ASYNC = JSON | {"Prefer": "respond-async"}
 REFUSALS = (413, 500, 503, 507)
@@ -149,9 +150,12 @@ def waited_for(client):
 def dismissal(client):
     job = client.submit("submit", f"sleep 1 {next(count)}")
     del client.accepted[job]
-    for _ in range(3):  # who is not answered asks again
+    for k in range(3):  # who is not answered asks again
         with contextlib.suppress(*CLOSED, Refused):
-            client.ask("dismiss", "DELETE", f"/jobs/{job}")
+            reply = client.server.request("DELETE", f"/jobs/{job}")
+            if k > 0 and reply.status == 410:
+                break  # by what was not answered
+            client.judge("dismiss", reply)
             break
     client.server.faults.clear()
     client.server.request("DELETE", f"/jobs/{job}")
@@ -356,8 +360,11 @@ class EachAllocation(Case):
         """The n-th allocation from now on fails; the whole part is done or refused."""
         server = client.server
         self.faults.fail("memory", errno.ENOMEM, after=n, times=times)
+        end = threading.Timer(3, self.faults.clear)  # for a part that waits until there is some
+        end.start()
         with contextlib.suppress(*CLOSED, Refused):
             part(client)
+        end.cancel()
         if os.environ.get("SCATTERD_TELL"):
             print(n, times, time.time(), flush=True)
         hits = self.faults.hits("memory")
@@ -582,6 +589,83 @@ class Starting(Case):
         self.stop(server)
         print(f"start: {done[0][0]} allocations, {sum(d[1] for d in done)} tries, "
               f"{sum(d[2] for d in done)} of which serve; {len(accepted)} jobs kept", flush=True)
+
+
+class Bounds(unittest.TestCase):
+    """What clients can make the front hold is what OPERATIONS.md says, "How much machine"."""
+
+    CONNECTIONS, HEADER, SPOOL = 80, 16384, 65536
+    OF_ONE = 4 * HEADER + 65536  # a connection with its request
+
+    def setUp(self):
+        if daemon.is_sanitized():
+            self.skipTest("AddressSanitizer keeps what was freed")
+        self.server = daemon.Daemon("--workers", "2", "--spool-bytes", str(self.SPOOL),
+                                    "--header-bytes", str(self.HEADER), "--reuse-results", "0")
+        self.addCleanup(self.server.stop)
+        self.server.wait_ready()
+
+    def own(self):
+        """Bytes of its own."""
+        with open(f"/proc/{self.server.pid}/status", encoding="ascii") as file:
+            return 1024 * int(re.search(r"RssAnon:\s+(\d+)", file.read()).group(1))
+
+    def in_files(self):
+        """Bytes in its memory files."""
+        total = 0
+        for number, what in daemon.descriptors(self.server.pid).items():
+            if what.startswith("/memfd:"):
+                with contextlib.suppress(OSError):
+                    total += os.stat(f"/proc/{self.server.pid}/fd/{number}").st_blocks * 512
+        return total
+
+    def grown(self, name, request, most_own, most_files):
+        """Sends the same on many connections that neither end nor read; how much each costs."""
+        before = self.own(), self.in_files()
+        with contextlib.ExitStack() as stack:
+            for _ in range(self.CONNECTIONS):
+                plain = stack.enter_context(self.server.raw())
+                plain.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+                plain.sendall(request)
+            for _ in range(5):  # after what came before
+                time.sleep(0.2)
+                self.server.request("GET", "/healthz")
+            own, files = ((now - then) // self.CONNECTIONS
+                          for now, then in zip((self.own(), self.in_files()), before))
+        print(f"{name}: {own} bytes of its own a connection, {files} in memory files", flush=True)
+        self.assertLessEqual(own, most_own, name)
+        self.assertLessEqual(files, most_files, name)
+        daemon.wait_until(lambda: self.server.request("GET", "/readyz").status == 200, "it to be free")
+
+    def header(self, method, path, *more):
+        filler = "X-Filler: " + (self.HEADER - 500) * "x"
+        return "\r\n".join([f"{method} {path} HTTP/1.1", "Host: a", filler, *more, ""]).encode()
+
+    def test_requests(self):
+        self.grown("unfinished header", self.header("GET", "/healthz"), self.OF_ONE, 0)
+        body = self.header("POST", daemon.EXECUTE, "Content-Type: application/json",
+                           f"Content-Length: {10 * self.SPOOL}", "")
+        self.grown("unfinished body", body + self.SPOOL * b" ", self.OF_ONE, self.SPOOL)
+        self.grown("body on disk", body + 3 * self.SPOOL * b" ", self.OF_ONE, self.SPOOL)
+
+    def test_streams(self):
+        job = self.server.request("POST", daemon.EXECUTE, "phase half 0.5 5", ASYNC).json["jobID"]
+        self.grown("event stream", self.header("GET", f"/jobs/{job}/events", ""),
+                   self.OF_ONE + 8192, 0)
+
+    def test_replies(self):
+        """A reply that nobody reads is held: once, packed only if the client wants that."""
+        batch = self.server.request("POST", daemon.EXECUTE, "batch 2000 x", ASYNC).json["jobID"]
+        page = f"/jobs?limit=10000&parent={batch}"
+        size = len(self.server.request("GET", page).body)
+        print(f"page of 2000 jobs: {size / 2000:.0f} bytes a job")
+        self.assertLess(size / 2000, 1024)
+        self.grown("page of jobs", self.header("GET", page, ""), self.OF_ONE + size, 0)
+
+    def test_results(self):
+        self.grown("result", self.header("POST", daemon.EXECUTE, "Content-Type: application/json",
+                                         "Content-Length: 11", "") + b"big 4000000",
+                   self.OF_ONE, 4000000 + 65536)
 
 
 if __name__ == "__main__":
