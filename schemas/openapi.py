@@ -17,6 +17,7 @@ RESULTS = (JSON, CBOR, "application/x-npy", "text/csv", "application/vnd.vtk.vtp
 PARTS = "multipart/related"
 ASSETS = ("text/javascript", "text/css", "image/svg+xml")
 OF_ASSETS = ("ETag", "Cache-Control", "Content-Encoding", "X-Content-Type-Options")
+OF_PAGES = ("Content-Security-Policy", "Referrer-Policy")
 BINARY = {
     "description": "The same in another form.",
     "type": "string",
@@ -213,8 +214,8 @@ def answer(words, schema=None, *media, fields=()):
     return found
 
 
-def failures(*statuses):
-    return {status: {"$ref": f"#/components/responses/{status}"} for status in statuses}
+def failures(*statuses, form=""):
+    return {status: {"$ref": f"#/components/responses/{form}{status}"} for status in statuses}
 
 
 def operation(identifier, tag, summary, answers, failed=(), takes=(), sends=None, calls=None,
@@ -391,13 +392,6 @@ MODEL_ERRORS = {
 }
 
 
-def model_failure(words, **more):
-    """An error of UM-Bridge, or a problem where HTTP itself is at fault."""
-    failed = answer(words, component("um-bridge-error"), JSON, **more)
-    failed["content"][PROBLEM] = {"schema": component("problem")}
-    return failed
-
-
 def model(identifier, summary, sends, gives):
     """A POST of UM-Bridge."""
     good = {"200": answer(summary, component(gives))} if gives else {}
@@ -405,8 +399,7 @@ def model(identifier, summary, sends, gives):
     # UM-Bridge requires no Content-Type: whatever it says, the body is read as JSON.
     made["requestBody"] = {"required": True, "content": {"*/*": {"schema": component(sends)}}}
     for status, words in MODEL_ERRORS.items():
-        made["responses"][status] = model_failure(words)
-    made["responses"]["503"] = model_failure(FAILURES["503"], fields=["Retry-After"])
+        made["responses"][status] = answer(words, component("um-bridge-error"))
     return {"post": made}
 
 
@@ -447,9 +440,8 @@ def paths(processes):
         "/": {"get": operation(
             "landing", "service", "Landing page; for a browser the dashboard.",
             {"200": answer("The page.", component("landing"), JSON, HTML,
-                           fields=[*OF_ASSETS, "Content-Security-Policy", "Referrer-Policy"]),
-             "304": answer("It is as it was.", fields=[*OF_ASSETS, "Content-Security-Policy",
-                                                       "Referrer-Policy"])},
+                           fields=[*OF_ASSETS, *OF_PAGES]),
+             "304": answer("It is as it was.", fields=[*OF_ASSETS, *OF_PAGES])},
             ["406"], ["Accept-Encoding", "If-None-Match"])},
         "/assets/{asset}": {
             "parameters": use("asset"),
@@ -459,7 +451,7 @@ def paths(processes):
                              ["404"], ["Accept-Encoding", "If-None-Match"]),
         },
         "/api": get("api", "service", "This document.", document, "406",
-                    media=(OPENAPI, JSON, HTML)),
+                    media=(OPENAPI, JSON, HTML), fields=["X-Content-Type-Options", *OF_PAGES]),
         "/conformance": get("conformance", "service", "Conformance classes.",
                             component("conformance"), "406"),
         "/processes": get("processes", "processes", "The processes.", component("process-list"),
@@ -509,11 +501,16 @@ def complete(item):
     item["options"] = options_of(methods[0])
     for name in ("post", "delete"):
         if name in item:
-            item[name]["responses"] |= failures(*OF_EVERY_CHANGE)
+            item[name]["responses"] |= failures(*OF_EVERY_CHANGE, form=form_of(item[name]))
     for name in ("get", "head", "post", "delete", "options"):
         if name in item:
             finish(item[name])
     return item
+
+
+def form_of(made):
+    """Prefix of the failures of an operation."""
+    return "model-" if "um-bridge" in made["tags"] else ""
 
 
 def failures_of(made):
@@ -524,7 +521,7 @@ def failures_of(made):
 
 def finish(made):
     made["parameters"] = [*made.get("parameters", []), *use("X-Request-Id", "Origin")]
-    for status, found in failures(*failures_of(made)).items():
+    for status, found in failures(*failures_of(made), form=form_of(made)).items():
         made["responses"].setdefault(status, found)
     for found in made["responses"].values():
         if "$ref" not in found:
@@ -534,11 +531,15 @@ def finish(made):
 
 def responses():
     """The failures, which all operations share."""
-    problem = component("problem")
+    def fields(status):
+        return [*ALWAYS, *HEADERS_OF.get(status, [])]
+
+    problem, error = component("problem"), component("um-bridge-error")
     return {
-        status: answer(words, problem, PROBLEM, JSON, fields=[*ALWAYS,
-                                                             *HEADERS_OF.get(status, [])])
-        for status, words in FAILURES.items()
+        **{status: answer(words, problem, PROBLEM, JSON, fields=fields(status))
+           for status, words in FAILURES.items()},
+        **{f"model-{status}": answer(FAILURES[status], error, fields=fields(status))
+           for status in (*OF_EVERY_REQUEST, *OF_EVERY_CHANGE)},
     }
 
 

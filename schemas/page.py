@@ -124,6 +124,7 @@ def page(openapi, descriptions):
     links = " · ".join(f'<a href="#{text(d["id"])}">{text(d["id"])}</a>' for d in descriptions)
     return (
         '<!doctype html><html lang="en"><head><meta charset="utf-8">'
+        '<link rel="icon" href="data:,">'
         f"<title>{text(info['title'])} interface</title><style>{STYLE}</style></head><body>"
         f"<h1>{text(info['title'])} {text(info['version'])}</h1><p>{text(info['description'])}</p>"
         f"<p>Processes: {links}</p><h2>Resources</h2>{resources(openapi)}"

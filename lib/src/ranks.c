@@ -6,10 +6,10 @@
 #include <float.h>
 #include <math.h>
 #include <string.h>
-#include <time.h>
 
 #include "alloc.h"
 #include "petsc_krylov.h"
+#include "seconds.h"
 #include "solve_matrix.h"
 
 struct sct_ranks {
@@ -28,12 +28,6 @@ typedef struct {
   int32_t *row_at;      /* [rows] row of part->system with number first + r */
   Vec product;
 } shared;
-
-static double now(void) {
-  struct timespec t;
-  clock_gettime(CLOCK_MONOTONIC, &t);
-  return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
 
 /* ---- ranks ---- */
 
@@ -253,7 +247,7 @@ static PetscErrorCode make_objects(shared *s) {
 static sct_status iterate(const sct_ranks *ranks, shared *s, sct_solve_report *report,
                           sct_error *err) {
   krylov *k = &s->by;
-  const double begin = now();
+  const double begin = seconds_now();
   find_traits(ranks, s);
   k->preconditioner = krylov_first(k);
   petsc_own(&k->blocks);
@@ -261,9 +255,9 @@ static sct_status iterate(const sct_ranks *ranks, shared *s, sct_solve_report *r
   sct_status status =
       code == 0 ? krylov_set_up(k, report, err) : krylov_failed(k, code, "matrix", err);
   petsc_own(NULL);
-  report->seconds_factor = now() - begin;
+  report->seconds_factor = seconds_now() - begin;
   if (status == SCT_OK) status = krylov_solve(k, s->rhs, false, s->x, report, err);
-  report->seconds_solve = now() - begin - report->seconds_factor;
+  report->seconds_solve = seconds_now() - begin - report->seconds_factor;
   return status;
 }
 
@@ -367,11 +361,11 @@ static sct_status solve_shared(const sct_ranks *ranks, shared *s, const sct_part
   fill_rhs(s, phi);
   status = iterate(ranks, s, solve, err);
   if (status != SCT_OK) return status;
-  const double begin = now();
+  const double begin = seconds_now();
   status = gather(ranks, s, problem, phi, err);
   if (status != SCT_OK) return status;
   tell(ranks, s, phi, solve, report);
-  report->seconds_exchange = now() - begin;
+  report->seconds_exchange = seconds_now() - begin;
   if (isfinite(solve->residual)) return SCT_OK;
   return sct_fail(err, SCT_E_CONVERGENCE, -1, "the solution is not finite");
 }
@@ -381,11 +375,11 @@ sct_status sct_ranks_solve(sct_ranks *ranks, const sct_part_problem *problem,
                            sct_solve_report *solve, sct_ranks_report *report, sct_error *err) {
   sct_part_system *part = NULL;
   sct_error why = {.code = SCT_OK};
-  const double begin = now();
+  const double begin = seconds_now();
   *solve = (sct_solve_report){0};
   *report = (sct_ranks_report){0};
   sct_status status = sct_part_assemble(problem, ranks->rank, work, &part, &why);
-  report->seconds_assemble = now() - begin;
+  report->seconds_assemble = seconds_now() - begin;
   if (status == SCT_E_MEMORY) {
     if (err != NULL) *err = why;
     return status;

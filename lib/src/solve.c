@@ -7,9 +7,9 @@
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
-#include <time.h>
 
 #include "alloc.h"
+#include "seconds.h"
 #include "solve_kind.h"
 #include "solve_policy.h"
 
@@ -88,12 +88,6 @@ static sct_status choose(const sct_csr *a, const sct_solve_options *options,
   return sct_fail(err, SCT_E_ARGUMENT, -1, "solver is \"%.40s\", known are %s", method, known);
 }
 
-static double now(void) {
-  struct timespec t;
-  clock_gettime(CLOCK_MONOTONIC, &t);
-  return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
-
 static sct_status check_size(const sct_csr *a, sct_error *err) {
   if (a->rows != a->columns || a->rows < 1) {
     return sct_fail(err, SCT_E_ARGUMENT, -1,
@@ -143,7 +137,7 @@ sct_status sct_solver_analyse(const sct_csr *a, const sct_solve_options *options
                               sct_solver **solver, sct_error *err) {
   static const sct_solve_options defaults = {.method = "auto"};
   if (options == NULL) options = &defaults;
-  const double begin = now();
+  const double begin = seconds_now();
   sct_solver *s = NULL;
   const sct_solve_kind *kind;
   sct_status status = check_size(a, err);
@@ -160,7 +154,7 @@ sct_status sct_solver_analyse(const sct_csr *a, const sct_solve_options *options
   s->report.rows = a->rows;
   s->report.nonzeros = sct_csr_entries(a);
   status = begin_kind(s, kind, a, err);
-  s->report.seconds_factor = now() - begin;
+  s->report.seconds_factor = seconds_now() - begin;
 done:
   if (status != SCT_OK) sct_solver_free(&s);
   *solver = s;
@@ -248,7 +242,7 @@ static sct_status fall_back(sct_solver *s, const sct_csr *a, const sct_error *wh
 }
 
 sct_status sct_solver_factor(sct_solver *solver, const sct_csr *a, sct_error *err) {
-  const double begin = now();
+  const double begin = seconds_now();
   const double analysis = solver->a == NULL ? solver->report.seconds_factor : 0;
   sct_error why = {.code = SCT_OK};
   solver->a = NULL;
@@ -260,7 +254,7 @@ sct_status sct_solver_factor(sct_solver *solver, const sct_csr *a, sct_error *er
   }
   if (status != SCT_OK) return status;
   solver->a = a;
-  solver->report.seconds_factor = analysis + now() - begin;
+  solver->report.seconds_factor = analysis + seconds_now() - begin;
   return SCT_OK;
 }
 
@@ -334,7 +328,7 @@ static sct_status substitute_or_fall_back(sct_solver *s, const double *b, bool t
 
 sct_status sct_solver_solve(sct_solver *solver, const double *b, bool transposed, double *x,
                             sct_error *err) {
-  const double begin = now();
+  const double begin = seconds_now();
   const int n = solver->scaled.n;
   sct_solve_report *report = &solver->report;
   if (solver->a == NULL) return sct_fail(err, SCT_E_ARGUMENT, -1, "nothing is factored");
@@ -356,6 +350,6 @@ sct_status sct_solver_solve(sct_solver *solver, const double *b, bool transposed
                     "the solution is not finite, reciprocal condition %.1e",
                     report->reciprocal_condition);
   }
-  report->seconds_solve = now() - begin;
+  report->seconds_solve = seconds_now() - begin;
   return SCT_OK;
 }

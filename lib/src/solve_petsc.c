@@ -9,13 +9,14 @@
 typedef struct {
   krylov by;
   const sct_solve_matrix *a;
-  double *r; /* room of a solve */
+  double *r; /* [n] the residual, the same room at every solve */
 } petsc_state;
 
 static void release(void *state) {
   petsc_state *s = state;
   krylov_drop(&s->by);
   petsc_keep(&s->by.blocks);
+  sct_release(&s->r);
   sct_release(&s);
 }
 
@@ -48,13 +49,13 @@ static void begin(petsc_state *s, const sct_solve_options *options) {
 
 static sct_status analyse(const sct_solve_matrix *a, const sct_solve_options *options, void **state,
                           sct_solve_report *report, sct_error *err) {
-  (void)a;
   (void)report;
   petsc_state *s = NULL;
   sct_status status = sct_alloc_zero(&s, 1, sizeof *s, err);
   *state = s;
-  if (status == SCT_OK) begin(s, options);
-  return status;
+  if (status != SCT_OK) return status;
+  begin(s, options);
+  return sct_alloc(&s->r, a->n, sizeof *s->r, err);
 }
 
 static PetscErrorCode make_objects(petsc_state *s, const sct_solve_matrix *a) {
@@ -89,12 +90,8 @@ static sct_status factor(void *state, const sct_solve_matrix *a, sct_solve_repor
 static sct_status solve(void *state, const sct_solve_matrix *a, const double *b, bool transposed,
                         double *x, sct_solve_report *report, sct_error *err) {
   petsc_state *s = state;
-  sct_status status = sct_alloc(&s->r, a->n, sizeof *s->r, err);
-  if (status != SCT_OK) return status;
   s->a = a;
-  status = krylov_solve(&s->by, b, transposed, x, report, err);
-  sct_release(&s->r);
-  return status;
+  return krylov_solve(&s->by, b, transposed, x, report, err);
 }
 
 /* ---- loading ---- */

@@ -2,12 +2,13 @@
 
 #include <math.h>
 
-static sct_status find_spacing(task *t, const cloud_input *c, discretisation *d) {
+sct_status discretisation_spacing(task *t, const cloud_input *c, const sct_search *search,
+                                  double *nearest, double *spacing) {
   double median = 0;
-  if (sct_search_nearest(d->search, &t->work, d->nearest, &t->error)) return t->error.code;
-  if (sct_median(d->nearest, c->cloud.n, &median, &t->error)) return t->error.code;
-  d->spacing = c->spacing > 0 ? c->spacing : median;
-  if (isfinite(d->spacing)) return SCT_OK;
+  if (sct_search_nearest(search, &t->work, nearest, &t->error)) return t->error.code;
+  if (sct_median(nearest, c->cloud.n, &median, &t->error)) return t->error.code;
+  *spacing = c->spacing > 0 ? c->spacing : median;
+  if (isfinite(*spacing)) return SCT_OK;
   return sct_fail(&t->error, SCT_E_DEFICIENT, 0, "is alone, needs another point or a spacing");
 }
 
@@ -21,7 +22,7 @@ sct_status discretisation_build(task *t, const cloud_input *c, const sct_operato
   status = sct_search_build(&c->cloud, c->spacing * op->radius, SCT_SEARCH_AUTO, &t->work,
                             &d->search, &t->error);
   if (status) return status;
-  status = find_spacing(t, c, d);
+  status = discretisation_spacing(t, c, d->search, d->nearest, &d->spacing);
   stopwatch_lap(&t->watch, LAP_SEARCH);
   if (status) return status;
   status = sct_work_report(&t->work, "stencil", 0, &t->error);

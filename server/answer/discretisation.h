@@ -13,6 +13,11 @@ typedef struct {
   double spacing;  /* h (length) */
 } discretisation;
 
+/* The distance [n] of every point to its nearest, and the spacing h: the one posted, or their
+ * median. Failures stand in t->error: SCT_E_DEFICIENT for a point without another. */
+sct_status discretisation_spacing(task *t, const cloud_input *c, const sct_search *search,
+                                  double *nearest, double *spacing);
+
 /* Finds neighbours and prepares the rows of `op`; books the laps search and stencil. Failures
  * stand in t->error. */
 sct_status discretisation_build(task *t, const cloud_input *c, const sct_operator *op,

@@ -269,6 +269,8 @@ static bool character_is_known(const char *text, const char *c, expression_error
   if (*c == '=' && !is_comparison(text, c)) {
     return fail(error, position, "\"=\" cannot assign, needs == to compare");
   }
+  if (*c == '*' && c[1] == '*')
+    return fail(error, position, "\"**\" is no operator, powers need ^");
   if (strchr("+-*/^()<>=!?:,&| \t\r\n", *c)) return true;
   if (!isprint((unsigned char)*c)) return fail(error, position, "unknown character");
   return fail(error, position, "unknown character \"%c\"", *c);

@@ -123,8 +123,9 @@ static bool take_rows(task *t, const item *it, int rank, field *f) {
   bool by_site = on->place && rows.rows == on->n, by_point = rows.rows == on->cloud->cloud.n;
   if (!(by_site || by_point) || rows.columns != f->components) {
     char room[64];
-    complain(t, it, "is %s, needs a row for each of %lld points, of %d",
-             doc_describe(it->doc, room, sizeof room), (long long)on->n, f->components);
+    complain(t, it, "is %s, needs %d number%s for each of %lld points",
+             doc_describe(it->doc, room, sizeof room), f->components, f->components > 1 ? "s" : "",
+             (long long)on->n);
     return false;
   }
   for (int64_t k = 0; k < on->n; k++) {

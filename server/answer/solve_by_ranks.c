@@ -1,10 +1,10 @@
 #include "solve_by_ranks.h"
 
-#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
 #include "by_ranks.h"
+#include "discretisation.h"
 
 /* Does anything hold the solution in its place? Whether that holds all of it, only the whole system
  * tells (sct_system_explain). */
@@ -30,7 +30,7 @@ const char *solve_alone(const task *t, const void *state) {
   return NULL;
 }
 
-/* As discretisation_build finds it; every rank looks at the whole cloud for that. */
+/* As of a solve that is not shared; every rank looks at the whole cloud for that. */
 static sct_status find_spacing(task *t, const cloud_input *c, double *spacing) {
   sct_search *search = NULL;
   *spacing = c->spacing;
@@ -38,11 +38,7 @@ static sct_status find_spacing(task *t, const cloud_input *c, double *spacing) {
   double *nearest = task_take(t, c->cloud.n, sizeof *nearest);
   if (!nearest) return t->error.code;
   sct_status status = sct_search_build(&c->cloud, 0, SCT_SEARCH_AUTO, &t->work, &search, &t->error);
-  if (!status) status = sct_search_nearest(search, &t->work, nearest, &t->error);
-  if (!status) status = sct_median(nearest, c->cloud.n, spacing, &t->error);
-  if (!status && !isfinite(*spacing)) {
-    status = sct_fail(&t->error, SCT_E_DEFICIENT, 0, "is alone, needs another point or a spacing");
-  }
+  if (!status) status = discretisation_spacing(t, c, search, nearest, spacing);
   sct_search_free(&search);
   return status;
 }

@@ -5,11 +5,14 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-/* Room for one descriptor as ancillary data, aligned as CMSG_FIRSTHDR needs it. */
+/* Room for one descriptor as ancillary data, aligned as CMSG_FIRSTHDR needs it; by that, there is
+ * room for two. */
 typedef union {
   struct cmsghdr align;
   char bytes[CMSG_SPACE(sizeof(int))];
 } ancillary;
+
+enum { ROOM = (CMSG_SPACE(sizeof(int)) - CMSG_LEN(0)) / sizeof(int) };
 
 bool ipc_send(int socket, const void *message, size_t size, int fd) {
   struct iovec part = {(void *)message, size};
@@ -31,13 +34,13 @@ bool ipc_send(int socket, const void *message, size_t size, int fd) {
   return sent == (ssize_t)size;
 }
 
-static int descriptor_of(struct msghdr *header) {
-  int fd = -1;
+/* All descriptors that came, which the kernel has opened whether they are wanted or not. */
+static int take_descriptors(struct msghdr *header, int fd[ROOM]) {
   const struct cmsghdr *extra = CMSG_FIRSTHDR(header);
-  if (extra != NULL && extra->cmsg_level == SOL_SOCKET && extra->cmsg_type == SCM_RIGHTS) {
-    memcpy(&fd, CMSG_DATA(extra), sizeof fd);
-  }
-  return fd;
+  if (extra == NULL || extra->cmsg_level != SOL_SOCKET || extra->cmsg_type != SCM_RIGHTS) return 0;
+  const size_t size = extra->cmsg_len - CMSG_LEN(0);
+  memcpy(fd, CMSG_DATA(extra), size);
+  return (int)(size / sizeof *fd);
 }
 
 ipc_result ipc_receive(int socket, void *message, size_t size, int *fd) {
@@ -52,11 +55,13 @@ ipc_result ipc_receive(int socket, void *message, size_t size, int *fd) {
   while (received < 0 && errno == EINTR);
   *fd = -1;
   if (received < 0) return errno == EAGAIN ? IPC_NOTHING : IPC_GONE;
-  *fd = descriptor_of(&header);
-  if (received == (ssize_t)size && (header.msg_flags & (MSG_TRUNC | MSG_CTRUNC)) == 0) {
+  int came[ROOM];
+  const int count = take_descriptors(&header, came);
+  if (received == (ssize_t)size && count <= 1 &&
+      (header.msg_flags & (MSG_TRUNC | MSG_CTRUNC)) == 0) {
+    if (count == 1) *fd = came[0];
     return IPC_MESSAGE;
   }
-  if (*fd >= 0) close(*fd);
-  *fd = -1;
+  for (int k = 0; k < count; k++) close(came[k]);
   return IPC_GONE;
 }

@@ -4,8 +4,9 @@
  * ipc_given with the descriptor of that follows at once.
  * worker -> front: ipc_news: IPC_READY once; then per ask any IPC_PROGRESS, IPC_CHECKPOINT,
  * IPC_FETCH and IPC_KEEP, and one IPC_REPLY with the descriptor of the reply's bytes (none when the
- * worker ran out of memory).
- * front -> worker: one ipc_given for each IPC_FETCH and IPC_KEEP, for which the worker waits.
+ * worker ran out of memory). Bytes come from a worker in sealed memory files only (memory_file.h),
+ * so what the front has looked at stays as it is. front -> worker: one ipc_given for each IPC_FETCH
+ * and IPC_KEEP, for which the worker waits.
  *
  * The works:
  *   RUN         body in, reply out in the form the client wants

@@ -112,7 +112,8 @@ static const parameter table[] = {
      "sum of the estimated memory of running jobs; 0 means three quarters of the machine's"},
     {"wait-seconds", SECONDS, "s", AT(wait_seconds), "60", 0, 86400,
      "longest wait that a client gets by Prefer: wait"},
-    {"streams", COUNT, "", AT(streams), "200", 1, 1e6, "event streams at the same time"},
+    {"streams", COUNT, "", AT(streams), "200", 1, 1e6,
+     "event streams at the same time; a token may have a limit of its own"},
     {"heartbeat-seconds", SECONDS, "s", AT(heartbeat_seconds), "15", 0.1, 86400,
      "longest silence of an event stream"},
     {"callback-hosts", TEXT, "LIST", AT(callback_hosts), "", 0, 0,
@@ -140,6 +141,9 @@ static const parameter table[] = {
     {"body-bytes", BYTES, "bytes", AT(limits.body_bytes), "256MiB", 1, NO_END, "body, as sent"},
     {"spool-bytes", BYTES, "bytes", AT(spool_bytes), "16MiB", 0, NO_END,
      "bodies above this go to a file in data-dir instead of memory"},
+    {"aside-bytes", BYTES, "bytes", AT(aside_bytes), "1MiB", 0, NO_END,
+     "bodies and results from this size on are hashed and written to disk by a second thread, so "
+     "that nobody else waits meanwhile"},
     {"decoded-bytes", BYTES, "bytes", AT(limits.decoded_bytes), "1GiB", 1, NO_END,
      "body after its Content-Encoding is undone"},
     {"depth", COUNT, "levels", AT(limits.depth), "64", 1, DOC_DEPTH_MAX, "nesting of a body"},
@@ -486,7 +490,8 @@ void param_manual(FILE *out) {
       "the service itself under / and /api. The second answers one request from a file (.json\n"
       "or .cbor; \\- is the standard input) without a server. The third makes a token: its line\n"
       "of the file of \\-\\-tokens goes to the standard output, its secret to the error output;\n"
-      "limits are jobs, points, seconds, body-bytes, data-bytes, job-bytes, rate and burst.\n"
+      "limits are jobs, points, seconds, body-bytes, data-bytes, job-bytes, streams, rate and\n"
+      "burst.\n"
       ".SH OPTIONS\n"
       "Each may stand in the file of \\-\\-config as a line name = value; the command line wins.\n"
       "Sizes take KiB, MiB and GiB.\n",

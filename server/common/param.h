@@ -45,6 +45,7 @@ typedef struct {
   double fetch_seconds;
   int64_t connections_per_address;
   int64_t spool_bytes;
+  int64_t aside_bytes;
   int64_t header_bytes;
   int64_t receive_rate; /* bytes per second */
   double receive_seconds;

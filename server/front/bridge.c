@@ -1,6 +1,5 @@
 #include "bridge.h"
 
-#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -8,6 +7,7 @@
 #include "gate.h"
 #include "http.h"
 #include "media.h"
+#include "outcome.h"
 #include "quota.h"
 
 typedef struct {
@@ -21,22 +21,7 @@ void bridge_info(const service *s, exchange *x) {
   exchange_text(x, 200, media_type(MEDIA_JSON), "{\"protocolVersion\":1.0,\"models\":[\"solve\"]}");
 }
 
-/* ---- Errors ---- */
-
-/* The message is ours and holds nothing that JSON would escape. */
-static void refuse(exchange *x, int status, const char *format, ...)
-    __attribute__((format(printf, 3, 4)));
-static void refuse(exchange *x, int status, const char *format, ...) {
-  char message[256], *bytes = NULL;
-  va_list list;
-  va_start(list, format);
-  vsnprintf(message, sizeof message, format, list);
-  va_end(list);
-  const int size =
-      asprintf(&bytes, "{\"error\":{\"type\":\"InvalidOutput\",\"message\":\"%s\"}}", message);
-  if (size > 0) exchange_bytes(x, status, media_type(MEDIA_JSON), bytes, (size_t)size);
-  if (size <= 0) exchange_refuse(x, 503, "out of memory");
-}
+/* ---- Outcomes ---- */
 
 static void reply_worker(crossing *c, const pool_outcome *o) {
   exchange_file(c->x, o->status, o->type, o->coding, o->fd, o->size);
@@ -44,24 +29,25 @@ static void reply_worker(crossing *c, const pool_outcome *o) {
 
 static void reply_memory(crossing *c, const pool_outcome *o) {
   (void)o;
-  refuse(c->x, 500, "the model needs more than %lld bytes of memory (memory-bytes)",
-         (long long)c->ask.limits.memory_bytes);
+  exchange_refuse(c->x, 500, "the model needs more than %lld bytes of memory (memory-bytes)",
+                  (long long)c->ask.limits.memory_bytes);
 }
 
 static void reply_time(crossing *c, const pool_outcome *o) {
   (void)o;
-  refuse(c->x, 500, "the model was stopped after %g s (limit: seconds)", c->ask.limits.seconds);
+  exchange_refuse(c->x, 500, "the model was stopped after %g s (limit: seconds)",
+                  c->ask.limits.seconds);
 }
 
 static void reply_crash(crossing *c, const pool_outcome *o) {
   (void)o;
-  refuse(c->x, 500, "the worker died; the log knows more under request %s", c->x->id);
+  exchange_refuse(c->x, 500, "the worker died; the log knows more under request %s", c->x->id);
 }
 
 static void reply_stopped(crossing *c, const pool_outcome *o) {
   (void)o;
   exchange_add(c->x, "Retry-After", "%d", 10);
-  refuse(c->x, 503, "the service is being stopped");
+  exchange_refuse(c->x, 503, "the service is being stopped");
 }
 
 static void (*const replies[])(crossing *, const pool_outcome *) = {
@@ -101,9 +87,7 @@ void bridge_serve(const service *s, exchange *x) {
   if (!quota_allows(s, x, 1)) return;
   c->task = pool_submit(s->pool, &c->ask, x->body.fd, &calls, c);
   if (c->task != NULL) return;
-  exchange_add(x, "Retry-After", "%d", pool_retry_after(s->pool));
-  refuse(x, 503, "all workers are busy and %lld requests wait (limit: queue)",
-         (long long)s->set->queue);
+  outcome_refuse_full(x, s->pool, s->set->queue);
 }
 
 void bridge_end(const service *s, exchange *x) {

@@ -1,6 +1,7 @@
 /* bridge.h - UM-Bridge 1.0 at the root: hands the body of POST /Evaluate and its like to a worker,
  * as process um-bridge/Evaluate (umbridge/um_bridge.h), whatever its Content-Type; what becomes of
- * it otherwise is told as an error of UM-Bridge, no problem document. Test: http.um_bridge.
+ * it otherwise, and every refusal before, is told as an error of UM-Bridge (model_error.h), no
+ * problem document. Test: http.um_bridge.
  */
 #ifndef SCATTERD_BRIDGE_H
 #define SCATTERD_BRIDGE_H

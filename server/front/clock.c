@@ -6,6 +6,7 @@
 #include "callback.h"
 #include "data.h"
 #include "log.h"
+#include "store_shared.h"
 
 static const double least_step = 10;   /* (s) */
 static const double retry_seconds = 1; /* when the dates could not be stored */
@@ -50,11 +51,19 @@ static void run(void *self) {
   clock_watch_look(self);
 }
 
+/* From the beginning; from then on with each beat. */
+static void follow_store(store *s) {
+  double now = 0;
+  const double before = unix_now();
+  if (store_clock(s, &now) == STORE_OK) (void)unix_tune(now, before);
+}
+
 clock_watch *clock_watch_new(loop *l, const service *s) {
   clock_watch *w = calloc(1, sizeof *w);
   if (w == NULL) return NULL;
   *w = (clock_watch){.service = s};
   unix_follow();
+  if (store_is_shared(s->store)) follow_store(s->store);
   loop_add(l, (loop_chore){due, run, w});
   return w;
 }

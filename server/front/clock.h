@@ -4,7 +4,10 @@
  * daemon. So when the time of day is set while the daemon runs, these dates are moved with it: what
  * had an hour left has an hour left; until that is stored unix_now goes on as before. All that
  * waits within the process goes by loop_now, which nobody sets. Smaller steps than 10 s are just
- * followed. Test: http.clock.
+ * followed.
+ *
+ * Daemons that share a store go by its database's clock, whatever their own one shows: they ask it
+ * when they start and with every beat. Test: http.clock, http.clock.postgres.
  */
 #ifndef SCATTERD_CLOCK_H
 #define SCATTERD_CLOCK_H

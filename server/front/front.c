@@ -128,6 +128,15 @@ static void on_signal(void *self, uint32_t events) {
   streams_stop(f->service.streams);
 }
 
+/* A reload that is asked for during the start waits for its end; without this it would be the end.
+ */
+static void hold_reload(void) {
+  sigset_t set;
+  sigemptyset(&set);
+  sigaddset(&set, SIGHUP);
+  sigprocmask(SIG_BLOCK, &set, NULL);
+}
+
 static bool watch_signals(front *f, fault *why) {
   sigset_t set;
   sigemptyset(&set);
@@ -156,7 +165,7 @@ static void stop_run(void *self) {
 /* Objects under /data, and what workers ask for. */
 static bool start_values(front *f) {
   service *s = &f->service;
-  s->data = data_new(f->loop, f->set, s->store);
+  s->data = data_new(f->loop, f->set, s->store, s->clerk);
   s->fetches = s->data != NULL ? fetches_new(s) : NULL;
   return s->fetches != NULL;
 }
@@ -200,6 +209,8 @@ static bool start(front *f, fault *why) {
   if (f->loop == NULL) return fault_set(why, "cannot start: %s", strerror(errno));
   if (!watch_signals(f, why)) return false;
   f->service.set = f->set;
+  f->service.clerk = clerk_new(f->loop, f->set->aside_bytes, why);
+  if (f->service.clerk == NULL) return false;
   f->service.executor = executor_new(f->loop, f->set, why);
   if (f->service.executor == NULL) return false;
   f->service.pool = pool_new(f->loop, f->set, why);
@@ -208,8 +219,8 @@ static bool start(front *f, fault *why) {
   if (f->service.store == NULL) return false;
   f->service.clock = clock_watch_new(f->loop, &f->service);
   if (f->service.clock == NULL) return fault_set(why, "out of memory");
-  f->service.jobs =
-      jobs_new(f->loop, f->set, f->service.pool, f->service.executor, f->service.store, why);
+  f->service.jobs = jobs_new(f->loop, f->set, f->service.pool, f->service.executor,
+                             f->service.store, f->service.clerk, why);
   if (f->service.jobs == NULL) return false;
   jobs_on_owners(f->service.jobs, &(job_owners){f->service.gate, narrow, keep});
   f->service.waits = waits_new(f->loop);
@@ -232,10 +243,12 @@ static bool start(front *f, fault *why) {
 
 /* ---- Stopping ---- */
 
-/* Ends the requests that are still running and gives their replies a moment to leave. */
+/* Ends the requests that are still running, those whose bytes are being kept as they should, and
+ * gives their replies a moment to leave. */
 static void say_farewell(front *f) {
-  f->stop = loop_now() + farewell_seconds;
   pool_stop(f->service.pool);
+  clerk_finish(f->service.clerk);
+  f->stop = loop_now() + farewell_seconds;
   if (http_pending(f->http) > 0) loop_run(f->loop);
 }
 
@@ -256,6 +269,7 @@ static void end(front *f) {
   executor_free(&f->service.executor);
   gate_free(&f->service.gate);
   tls_forget();
+  clerk_free(&f->service.clerk);
   if (f->signals >= 0) close(f->signals);
   loop_free(&f->loop);
   listener_close(&f->listener);
@@ -274,6 +288,7 @@ static void log_start(const front *f) {
 int front_main(parameters *set) {
   front f = {.set = set, .listener = {.fd = -1}, .signals = -1, .stop = INFINITY};
   fault why;
+  hold_reload();
   log_limit((log_level)set->log_level);
   const bool started = start(&f, &why);
   if (started) {

@@ -47,8 +47,11 @@ double unix_now(void) {
   return offset + read_clock(CLOCK_BOOTTIME);
 }
 
-void unix_move(double by) {
+double unix_tune(double now, double before) {
+  const double after = unix_now(), by = now - (before + after) / 2;
+  if (fabs(by) <= (after - before) / 2) return 0;
   offset += by;
+  return by;
 }
 
 double unix_step(void) {

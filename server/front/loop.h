@@ -1,5 +1,5 @@
 /* loop.h - the event loop of the front: descriptors to watch and chores to do in time. One thread
- * runs it; nothing in the front needs a lock.
+ * runs it; nothing in the front needs a lock but what it gives to the other one (clerk.h).
  */
 #ifndef SCATTERD_LOOP_H
 #define SCATTERD_LOOP_H
@@ -49,7 +49,8 @@ double unix_now(void);
 double unix_step(void); /* by how much (s) it has been set */
 void unix_follow(void);
 
-/* Another clock, which counts, is ahead by so much (s). */
-void unix_move(double by);
+/* Another clock, which counts, showed `now` at some time since unix_now was `before`. Moves this
+ * one by what it is wrong for certain, and returns that (s). */
+double unix_tune(double now, double before);
 
 #endif

@@ -34,7 +34,7 @@ static void get_landing(const service *s, exchange *x) {
   const int chosen = negotiate(x, offers, 2);
   if (chosen == 0) site_serve(x, "landing.json", offers[0]);
   if (chosen == 1 && page_exists()) page_serve(x);
-  if (chosen == 1 && !page_exists()) site_serve(x, "landing.html", html);
+  if (chosen == 1 && !page_exists()) site_serve_page(x, "landing.html");
 }
 
 static void get_asset(const service *s, exchange *x) {
@@ -47,7 +47,7 @@ static void get_api(const service *s, exchange *x) {
   const char *const offers[] = {openapi, media_type(MEDIA_JSON), html};
   const int chosen = negotiate(x, offers, 3);
   if (chosen == 0 || chosen == 1) site_serve(x, "openapi.json", offers[chosen]);
-  if (chosen == 2) site_serve(x, "api.html", html);
+  if (chosen == 2) site_serve_page(x, "api.html");
 }
 
 static void get_conformance(const service *s, exchange *x) {
@@ -227,6 +227,19 @@ static bool is_forged(const service *s, const exchange *x) {
 
 /* ---- The handler ---- */
 
+/* A path of UM-Bridge, whatever the method. */
+static bool is_of_model(const route *r) {
+  return r->serve == bridge_serve || r->serve == bridge_info;
+}
+
+static void look(void *self, exchange *x) {
+  char item[2][EXCHANGE_ITEM];
+  (void)self;
+  for (int k = 0; k < ROWS && !x->model_error; k++) {
+    x->model_error = is_of_model(&table[k]) && fits(table[k].path, x->path, item);
+  }
+}
+
 /* Does it need a token? */
 static bool is_open(const service *s, const route *r) {
   return r != NULL && (r->who == EVERYBODY || (r->who == WATCHERS && s->set->open_metrics));
@@ -273,11 +286,13 @@ static void serve(void *self, exchange *x) {
 }
 
 static void end(void *self, exchange *x) {
+  const service *s = self;
   const route *r = x->route;
   metrics_count(x, r != NULL ? r->path : "none");
-  if (r != NULL && r->end != NULL) r->end(self, x);
+  if (r != NULL && r->end != NULL) r->end(s, x);
+  clerk_close(s->clerk, spool_take(&x->body));
 }
 
 http_handler route_handler(service *s) {
-  return (http_handler){s, begin, serve, end};
+  return (http_handler){s, look, begin, serve, end};
 }

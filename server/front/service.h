@@ -3,6 +3,7 @@
 #ifndef SCATTERD_SERVICE_H
 #define SCATTERD_SERVICE_H
 
+#include "clerk.h"
 #include "executor.h"
 #include "job.h"
 #include "param.h"
@@ -12,6 +13,7 @@
 typedef struct service {
   const parameters *set;
   struct gate *gate; /* gate.h */
+  clerk *clerk;
   pool *pool;
   executor *executor;
   store *store;

@@ -9,6 +9,7 @@
 #include "derivative.h"
 #include "expression.h"
 #include "member.h"
+#include "model_error.h"
 
 static const char family[] = "um-bridge/";
 
@@ -145,12 +146,17 @@ static const operation *operation_of(const char *id) {
 
 /* ---- Replies ---- */
 
-static void reply_emitted(reply *r, int status, const emit *e) {
-  const void *bytes = e && emit_ok(e) ? emit_bytes(e, &r->size) : NULL;
+static void reply_json(reply *r, int status, char *bytes) {
   r->status = status;
   snprintf(r->type, sizeof r->type, "%s", media_type(MEDIA_JSON));
-  r->bytes = bytes ? malloc(r->size ? r->size : 1) : NULL;
-  if (r->bytes) memcpy(r->bytes, bytes, r->size);
+  r->bytes = bytes;
+}
+
+static void reply_emitted(reply *r, int status, const emit *e) {
+  const void *bytes = e && emit_ok(e) ? emit_bytes(e, &r->size) : NULL;
+  char *copy = bytes ? malloc(r->size ? r->size : 1) : NULL;
+  if (copy) memcpy(copy, bytes, r->size);
+  reply_json(r, status, copy);
 }
 
 static void reply_error(reply *r, int status, const char *type, const char *format, ...)
@@ -161,17 +167,7 @@ static void reply_error(reply *r, int status, const char *type, const char *form
   va_start(list, format);
   vsnprintf(message, sizeof message, format, list);
   va_end(list);
-  emit *e = emit_new(EMIT_JSON);
-  if (e) {
-    emit_object(e);
-    member_object(e, "error");
-    member_text(e, "type", type);
-    member_text(e, "message", message);
-    emit_end(e);
-    emit_end(e);
-  }
-  reply_emitted(r, status, e);
-  emit_free(&e);
+  reply_json(r, status, model_error_bytes(type, message, &r->size));
 }
 
 static void reply_complaints(reply *r, const problem *p) {

@@ -7,6 +7,7 @@
  *   UnsupportedFeature 400  it cannot do this
  *   InvalidInput 400        body, config, input, indices, directions
  *   InvalidOutput 500       the solve failed
+ * What keeps a request from its model is told by the front, in the same form (model_error.h).
  * Test: http.um_bridge.
  */
 #ifndef SCATTERD_UM_BRIDGE_H

@@ -1,6 +1,6 @@
 /* sandbox.h - what a worker may still ask of the kernel once it is up: memory, its own threads, its
  * socket to the front, and the descriptors that come over it. No file by name, no socket, no other
- * process, no new privileges.
+ * process, no signal to one, no code that it brought, no new privileges.
  *
  * A body that finds a hole in a decoder or a solver gets a process with nothing in reach. Three
  * layers, each of which would do: no privileges can be gained (no_new_privs), file names lead

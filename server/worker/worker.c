@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include "ipc.h"
+#include "memory_file.h"
 #include "sandbox.h"
 #include "teller.h"
 
@@ -35,19 +36,18 @@ static void hear_residual(void *context, double value) {
   s->teller.residual = value;
 }
 
-/* A descriptor that holds the bytes, -1 on failure. */
+/* A descriptor that holds the bytes, which the front takes only as they are; -1 on failure. */
 static int descriptor_of(const void *bytes, size_t size) {
-  const int fd = memfd_create("reply", MFD_CLOEXEC);
-  if (fd < 0) return -1;
-  for (size_t done = 0; done < size;) {
+  const int fd = memory_file("reply");
+  size_t done = 0;
+  while (fd >= 0 && done < size) {
     const ssize_t written = write(fd, (const char *)bytes + done, size - done);
-    if (written <= 0) {
-      close(fd);
-      return -1;
-    }
+    if (written <= 0) break;
     done += (size_t)written;
   }
-  return fd;
+  if (fd < 0 || (done == size && memory_file_seal(fd))) return fd;
+  close(fd);
+  return -1;
 }
 
 /* Something of the machine's has run out, not of the request's: this worker ends, and a job is

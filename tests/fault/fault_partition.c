@@ -7,6 +7,7 @@
 
 #include "../seed.h"
 #include "../verify/manufactured.h"
+#include "fail_each.h"
 #include "scarce.h"
 
 enum { CELLS = 8, PARTS = 3 };
@@ -17,23 +18,6 @@ static sct_operator op;
 static sct_fields fields;
 static sct_boundary boundary;
 static sct_ranks *ranks;
-
-typedef sct_status attempt(sct_error *err);
-
-static void fail_each(attempt *run, int at_least) {
-  for (int lasting = 0; lasting <= 1; lasting++) {
-    int64_t granted = 0;
-    for (bool failed = true; failed; granted++) {
-      sct_error err = {.code = SCT_OK};
-      scarce_after(granted, lasting);
-      const sct_status status = run(&err);
-      failed = scarce_end();
-      assert_int_equal(status, failed ? SCT_E_MEMORY : SCT_OK);
-      assert_int_equal(err.code, status);
-    }
-    assert_true(granted > at_least);
-  }
-}
 
 static sct_status cut(sct_partition **partition, sct_error *err) {
   const sct_status status = sct_partition_build(&all.cloud, PARTS, false, partition, err);
@@ -160,8 +144,8 @@ int main(void) {
   op = sct_operator_default(SCT_PS, 2);
   all = fixture_unit(2, CELLS, 0.4, 31, &op);
   data = manufactured_new(&all, 0);
-  fields = (sct_fields){data.velocity, data.diffusivity, data.source, data.reaction};
-  boundary = (sct_boundary){data.condition, data.value, data.coefficient, data.normal};
+  fields = manufactured_fields(&data);
+  boundary = manufactured_boundary(&data);
   const struct CMUnitTest tests[] = {cmocka_unit_test(parts_fail), cmocka_unit_test(ranks_fail)};
   const int failed = cmocka_run_group_tests(tests, NULL, NULL);
   manufactured_free(&data);

@@ -9,6 +9,7 @@
 #include <cmocka.h>
 
 #include "clouds.h"
+#include "fail_each.h"
 #include "radix.h"
 #include "scarce.h"
 #include "scatter/search.h"
@@ -17,24 +18,6 @@
 enum { N = 3000 };
 static sct_cloud cloud;
 static sct_search *search;
-
-/* Runs once; what is made is freed again. */
-typedef sct_status attempt(sct_error *err);
-
-static void fail_each(attempt *run, int at_least) {
-  for (int lasting = 0; lasting <= 1; lasting++) {
-    int64_t granted = 0;
-    for (bool failed = true; failed; granted++) {
-      sct_error err = {.code = SCT_OK};
-      scarce_after(granted, lasting);
-      sct_status status = run(&err);
-      failed = scarce_end();
-      assert_int_equal(status, failed ? SCT_E_MEMORY : SCT_OK);
-      assert_int_equal(err.code, status);
-    }
-    assert_true(granted > at_least);
-  }
-}
 
 static sct_status order(sct_error *err) {
   static int32_t place[N];

@@ -5,6 +5,7 @@
 
 #include <math.h>
 
+#include "fail_each.h"
 #include "scarce.h"
 
 /* A square lattice without the points nearer than HOLE to the middle one: more than one block of
@@ -14,24 +15,6 @@ static const double HOLE = 5.2;
 
 static fixture all;
 static int threads;
-
-/* Runs once; what is made is freed again. */
-typedef sct_status attempt(sct_error *err);
-
-static void fail_each(attempt *run, int at_least) {
-  for (int lasting = 0; lasting <= 1; lasting++) {
-    int64_t granted = 0;
-    for (bool failed = true; failed; granted++) {
-      sct_error err = {.code = SCT_OK};
-      scarce_after(granted, lasting);
-      const sct_status status = run(&err);
-      failed = scarce_end();
-      assert_int_equal(status, failed ? SCT_E_MEMORY : SCT_OK);
-      assert_int_equal(err.code, status);
-    }
-    assert_true(granted > at_least);
-  }
-}
 
 static const sct_work *work(void) {
   static sct_work w;

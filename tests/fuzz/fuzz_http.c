@@ -24,11 +24,14 @@ static struct sockaddr_un address = {.sun_family = AF_UNIX};
 
 static const struct {
   const char *name, *value;
-} settings[] = {{"workers", "1"},         {"points", "200"},         {"steps", "20"},
-                {"neighbours", "60"},     {"nodes", "2000"},         {"body-bytes", "3KiB"},
-                {"spool-bytes", "1KiB"},  {"decoded-bytes", "1MiB"}, {"expression-bytes", "200"},
-                {"header-bytes", "2KiB"}, {"job-queue", "20"},       {"result-seconds", "1"},
-                {"wait-seconds", "1"},    {"data-seconds", "2"},     {"data-bytes", "100KiB"},
+} settings[] = {{"workers", "1"},          {"points", "200"},
+                {"steps", "20"},           {"neighbours", "60"},
+                {"nodes", "2000"},         {"body-bytes", "3KiB"},
+                {"spool-bytes", "1KiB"},   {"aside-bytes", "500"},
+                {"decoded-bytes", "1MiB"}, {"expression-bytes", "200"},
+                {"header-bytes", "2KiB"},  {"job-queue", "20"},
+                {"result-seconds", "1"},   {"wait-seconds", "1"},
+                {"data-seconds", "2"},     {"data-bytes", "100KiB"},
                 {"log-level", "error"}};
 
 static void *serve(void *set) {

@@ -40,6 +40,7 @@ static void check_token(const token *t) {
   require(*t->name != '\0' && strpbrk(t->name, ": \t\n\"") == NULL, "a name");
   require(t->secrets > 0 && t->secrets <= TOKEN_SECRETS, "secrets");
   require(m->jobs >= 0 && m->points > 0 && m->body_bytes >= 0 && m->data_bytes >= 0, "limits");
+  require(m->job_bytes >= 0 && m->streams >= 0, "limits");
   require(m->seconds > 0 && m->rate > 0 && m->burst >= 1, "limits");
 }
 

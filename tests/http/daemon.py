@@ -11,7 +11,8 @@ keeps its files in a directory of its own, and must stop with status 0 and leave
 may be called by any Host, unless --hosts is among the options.
 
 With SCATTERD_TEST_STORE=postgres each daemon has a database of its own on a PostgreSQL server that
-the test starts; the test is skipped, saying why, if that is not to be had.
+the test starts; the test is skipped, saying why, if that is not to be had. SCATTERD_OPTIONS holds
+further options for every daemon.
 """
 
 import contextlib
@@ -20,6 +21,7 @@ import json
 import os
 import pathlib
 import re
+import shlex
 import shutil
 import signal
 import socket
@@ -141,7 +143,7 @@ class Daemon:
         shared = ["--store", store, "--lease-seconds", "3"] if store else []
         self.process = subprocess.Popen(
             [program(stub), "--listen", listen, "--data-dir", self.data, "--hosts", "*", *shared,
-             *options],
+             *options, *shlex.split(os.environ.get("SCATTERD_OPTIONS", ""))],
             stdin=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
             env={**os.environ, **(environment or {})}, preexec_fn=before)
         self.pid = self.process.pid

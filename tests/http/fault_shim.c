@@ -20,6 +20,7 @@
 #include <sys/mman.h>
 #include <sys/sendfile.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <sys/time.h>
 #include <time.h>
 #include <unistd.h>
@@ -59,6 +60,9 @@ typedef struct {
   double clock;           /* what is added to the time of day (s) */
   int64_t kills;          /* workers that are to die where they tell of `phase` */
   char phase[32];
+  int64_t hold; /* an fsync of a file of so many bytes waits; 0: none does */
+  int64_t held; /* how many have begun to */
+  int64_t free; /* how many of these may go on */
 } orders;
 
 static orders idle, *all = &idle;
@@ -171,7 +175,21 @@ ssize_t pread(int fd, void *bytes, size_t size, off_t at) {
   return pread64(fd, bytes, size, at);
 }
 
+/* Stands still as long as the test says so, for which no disk is slow enough. */
+static void wait_if_held(int fd) {
+  struct stat facts;
+  const int64_t least = __atomic_load_n(&all->hold, __ATOMIC_SEQ_CST);
+  if (least == 0 || is_worker || fstat(fd, &facts) != 0 || !S_ISREG(facts.st_mode)) return;
+  if (facts.st_size < least || !file_is_below(fd)) return;
+  const int64_t mine = __atomic_add_fetch(&all->held, 1, __ATOMIC_SEQ_CST);
+  while (__atomic_load_n(&all->hold, __ATOMIC_SEQ_CST) != 0 &&
+         __atomic_load_n(&all->free, __ATOMIC_SEQ_CST) < mine) {
+    usleep(1000);
+  }
+}
+
 int fsync(int fd) {
+  wait_if_held(fd);
   return fails_on(SYNC, fd) ? -1 : NEXT(int (*)(int), "fsync")(fd);
 }
 

@@ -7,6 +7,8 @@
     faults.fail("memfd", errno.EMFILE, where="workers")
     faults.set_clock(7200)
     faults.kill_in("factor", times=2)
+    faults.hold(1 << 20)                # an fsync of a file of that size waits: held() of them
+    faults.let_go(1)                    # one of those; clear() lets all go
     faults.clear()
 
 The kinds: write read sync rename open truncate unlink (of files in the data directory), memfd map
@@ -27,7 +29,8 @@ KINDS = ("write", "read", "sync", "rename", "open", "truncate", "unlink", "memfd
 ORDER = struct.Struct("=qqqq")
 WHERE = {"front": 0, "workers": 1}
 CLOCK = 2 * len(KINDS) * ORDER.size
-SIZE = CLOCK + 8 + 8 + 32
+HOLD = CLOCK + 8 + 8 + 32
+SIZE = HOLD + 3 * 8
 
 
 def sanitizer(program):
@@ -80,8 +83,22 @@ class Faults:
     def kills_left(self):
         return struct.unpack_from("=q", self.page, CLOCK + 8)[0]
 
+    def hold(self, size):
+        """The front's fsyncs of files of at least so many bytes wait from now on."""
+        struct.pack_into("=qq", self.page, HOLD + 8, 0, 0)
+        struct.pack_into("=q", self.page, HOLD, size)
+
+    def held(self):
+        """How many have begun to wait."""
+        return struct.unpack_from("=q", self.page, HOLD + 8)[0]
+
+    def let_go(self, count):
+        """So many, from the first on, wait no more."""
+        struct.pack_into("=q", self.page, HOLD + 16, count)
+
     def clear(self):
-        """Nothing fails any more; the clock stays."""
+        """Nothing fails or waits any more; the clock stays."""
+        struct.pack_into("=q", self.page, HOLD, 0)
         for kind in KINDS:
             for where in WHERE:
                 struct.pack_into("=q", self.page, self._place(kind, where) + 8, 0)

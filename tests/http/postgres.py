@@ -4,7 +4,8 @@
     postgres.py PROGRAM [ARGUMENT...]   runs a program with the URL of an empty database in
                                         $SCATTERD_STORE; status 77 if there is no server to start
 
-    server = postgres.Server()          postgres.Missing says why not
+    server = postgres.Server()          postgres.Missing says why not; settings of postgresql.conf as
+                                        "fsync=off"; environment={...} of the server
     url = server.database("name")       made if it is not there
     server.freeze(), server.thaw()      it does not answer, and does again
     server.kill(), server.start()       kill -9 of all of it; another start on the same files
@@ -57,8 +58,9 @@ def unprivileged():
 
 
 class Server:
-    def __init__(self, *settings):
+    def __init__(self, *settings, environment=None):
         self.settings = settings
+        self.environment = {**os.environ, **(environment or {})}
         self.programs = programs()
         self.account = unprivileged()
         self.directory = tempfile.mkdtemp(prefix="postgres-test-")
@@ -104,6 +106,7 @@ class Server:
             self.process = subprocess.Popen(
                 [os.path.join(self.programs, "postgres"), "-D", self.files, *options],
                 cwd=self.directory, stdin=subprocess.DEVNULL, stdout=log, stderr=log,
+                env=self.environment,
                 preexec_fn=self.become)
         end = time.monotonic() + PATIENCE
         while self.run("pg_isready", "-q", "-h", self.directory).returncode != 0:

@@ -1,7 +1,8 @@
 /* A worker for tests of the front: does not solve, but echoes its body, or fails in the way that
  * the body's first word says: "sleep 2", "abort", "exit 3", "memory", "hog", "big 1000000",
  * "problem", "phase half 0.5 2" (reports, then sleeps), "nothing" (a reply of no bytes), "residual
- * 1e-3", "try open" (says what the kernel says to an attempt that a sandbox must refuse).
+ * 1e-3", "try open" (says what the kernel says to an attempt that a sandbox must refuse), "lie two"
+ * (says to the front what no worker says).
  *
  * A check finds everything good but "bad"; "needs 1e9 2" (s) is estimated at so many bytes, "call
  * URL" has a subscriber, "batch 3 sleep 1" is three requests "sleep 1 #0", "sleep 1 #1", ... A
@@ -9,18 +10,24 @@
  */
 #include <errno.h>
 #include <fcntl.h>
+#include <math.h>
 #include <pthread.h>
+#include <sched.h>
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/mman.h>
 #include <sys/ptrace.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
+#include <sys/syscall.h>
 #include <time.h>
 #include <unistd.h>
 
 #include "answer.h"
+#include "ipc.h"
+#include "memory_file.h"
 #include "problem.h"
 
 static void pause_for(double seconds) {
@@ -140,6 +147,32 @@ static int try_local(void) {
 static int try_kill(void) {
   return kill(getppid(), 0);
 }
+static int try_signal(void) { /* what would end the front, if it arrived */
+  return (int)syscall(SYS_tgkill, getppid(), getppid(), SIGKILL);
+}
+static int try_owner(void) {
+  return fcntl(IPC_SOCKET, F_SETOWN, getppid());
+}
+static int try_blocking(void) {
+  return fcntl(STDERR_FILENO, F_SETFL, O_NONBLOCK);
+}
+static int try_affinity(void) {
+  const cpu_set_t first = {{1}};
+  return sched_setaffinity(getppid(), sizeof first, &first);
+}
+static int try_code(void) {
+  void *page = mmap(NULL, 4096, PROT_READ | PROT_EXEC, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+  return page == MAP_FAILED ? -1 : 0;
+}
+/* A file of its own that grows above memory-bytes. */
+static int try_grow(void) {
+  const int fd = memfd_create("grow", MFD_CLOEXEC);
+  const int result = fd < 0 ? fd : ftruncate(fd, (off_t)1 << 40);
+  const int reason = errno;
+  if (fd >= 0) close(fd);
+  errno = reason;
+  return result;
+}
 static int try_limit(void) {
   return setrlimit(RLIMIT_AS, &(struct rlimit){RLIM_INFINITY, RLIM_INFINITY});
 }
@@ -175,10 +208,12 @@ static int try_thread(void) {
 static const struct {
   const char *word;
   int (*run)(void);
-} attempts[] = {{"open", try_open},       {"create", try_create}, {"stat", try_stat},
-                {"socket", try_socket},   {"local", try_local},   {"kill", try_kill},
-                {"limit", try_limit},     {"trace", try_trace},   {"process", try_process},
-                {"program", try_program}, {"thread", try_thread}};
+} attempts[] = {{"open", try_open},         {"create", try_create}, {"stat", try_stat},
+                {"socket", try_socket},     {"local", try_local},   {"kill", try_kill},
+                {"limit", try_limit},       {"trace", try_trace},   {"process", try_process},
+                {"program", try_program},   {"thread", try_thread}, {"signal", try_signal},
+                {"owner", try_owner},       {"code", try_code},     {"blocking", try_blocking},
+                {"affinity", try_affinity}, {"grow", try_grow}};
 
 static void do_try(const ask *a, const char *text, reply *r) {
   (void)a;
@@ -192,14 +227,97 @@ static void do_try(const ask *a, const char *text, reply *r) {
   }
 }
 
+/* ---- Lies: what only a worker says that somebody has taken over ---- */
+
+static int filled(const char *name) {
+  const int fd = memfd_create(name, MFD_CLOEXEC | MFD_ALLOW_SEALING);
+  if (fd < 0 || write(fd, "lie", 3) != 3) abort();
+  return fd;
+}
+
+static void say(ipc_news news, int fd) {
+  (void)ipc_send(IPC_SOCKET, &news, sizeof news, fd);
+}
+
+static void lie_unsealed(void) { /* to be cut short once it is mapped */
+  say((ipc_news){.kind = IPC_REPLY, .status = 200, .size = 3}, filled("unsealed"));
+}
+static void lie_short(void) {
+  const int fd = filled("short");
+  (void)memory_file_seal(fd);
+  say((ipc_news){.kind = IPC_REPLY, .status = 200, .size = 4}, fd);
+}
+static void lie_stream(void) {
+  say((ipc_news){.kind = IPC_REPLY, .status = 200}, STDERR_FILENO);
+}
+static void lie_status(void) {
+  const int fd = filled("status");
+  (void)memory_file_seal(fd);
+  say((ipc_news){.kind = IPC_REPLY, .status = 99999, .size = 3}, fd);
+}
+static void lie_ready(void) {
+  say((ipc_news){.kind = IPC_READY}, -1);
+}
+static void lie_kind(void) {
+  say((ipc_news){.kind = (ipc_kind)77}, -1);
+}
+static void lie_piece(void) {
+  (void)ipc_send(IPC_SOCKET, "piece", 5, -1);
+}
+
+/* Two descriptors where there may be one. */
+static void lie_two(void) {
+  const ipc_news news = {.kind = IPC_PROGRESS};
+  const int two[2] = {filled("first"), filled("second")};
+  union {
+    struct cmsghdr align;
+    char bytes[CMSG_SPACE(sizeof two)];
+  } room;
+  struct iovec part = {(void *)&news, sizeof news};
+  struct msghdr header = {.msg_iov = &part,
+                          .msg_iovlen = 1,
+                          .msg_control = room.bytes,
+                          .msg_controllen = sizeof room.bytes};
+  memset(&room, 0, sizeof room);
+  struct cmsghdr *extra = CMSG_FIRSTHDR(&header);
+  extra->cmsg_level = SOL_SOCKET;
+  extra->cmsg_type = SCM_RIGHTS;
+  extra->cmsg_len = CMSG_LEN(sizeof two);
+  memcpy(CMSG_DATA(extra), two, sizeof two);
+  (void)sendmsg(IPC_SOCKET, &header, MSG_NOSIGNAL);
+}
+
+/* Talks without end. */
+static void lie_flood(void) {
+  const ipc_news news = {.kind = IPC_PROGRESS, .phase = "flood", .fraction = NAN};
+  while (ipc_send(IPC_SOCKET, &news, sizeof news, -1)) continue;
+}
+
+static const struct {
+  const char *word;
+  void (*tell)(void);
+} lies[] = {{"unsealed", lie_unsealed}, {"short", lie_short}, {"stream", lie_stream},
+            {"status", lie_status},     {"ready", lie_ready}, {"kind", lie_kind},
+            {"piece", lie_piece},       {"two", lie_two},     {"flood", lie_flood}};
+
+/* The front kills it for that, or it sleeps until its time is over. */
+static void do_lie(const ask *a, const char *text, reply *r) {
+  (void)a, (void)r;
+  while (*text == ' ') text++;
+  for (size_t k = 0; k < sizeof lies / sizeof *lies; k++) {
+    if (strcmp(lies[k].word, text) == 0) lies[k].tell();
+  }
+  pause_for(60);
+}
+
 static const struct {
   const char *word;
   void (*run)(const ask *a, const char *text, reply *r);
-} words[] = {{"sleep", do_sleep},      {"abort", do_abort},  {"exit", do_exit},
-             {"memory", do_memory},    {"hog", do_hog},      {"big", do_big},
-             {"problem", do_problem},  {"phase", do_phase},  {"nothing", do_nothing},
-             {"try", do_try},          {"fail", do_problem}, {"needs", do_needs},
-             {"residual", do_residual}};
+} words[] = {{"sleep", do_sleep},       {"abort", do_abort},  {"exit", do_exit},
+             {"memory", do_memory},     {"hog", do_hog},      {"big", do_big},
+             {"problem", do_problem},   {"phase", do_phase},  {"nothing", do_nothing},
+             {"try", do_try},           {"fail", do_problem}, {"needs", do_needs},
+             {"residual", do_residual}, {"lie", do_lie}};
 
 /* ---- Checks ---- */
 

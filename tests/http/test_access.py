@@ -2,6 +2,7 @@
 of other origins, listening beyond loopback. Needs no network."""
 
 import base64
+import contextlib
 import hashlib
 import json
 import os
@@ -90,13 +91,16 @@ class Guarded(daemon.Case):
 class Strangers(Guarded):
     options = ["--workers", "1"]
 
-    def assert_stranger(self, reply):
-        problem = self.assert_problem(reply, 401, "token")
+    def assert_stranger(self, reply, is_model=False):
+        """The detail; errors of UM-Bridge have another form."""
+        if is_model:
+            self.assertEqual((reply.status, reply.json["error"]["type"]), (401, "Unauthorized"))
+        problem = None if is_model else self.assert_problem(reply, 401, "token")
         challenges = reply.headers.get_all("WWW-Authenticate")
         self.assertEqual(len(challenges), 2)
         self.assertTrue(challenges[0].startswith("Bearer realm="))
         self.assertTrue(challenges[1].startswith("Basic realm="))
-        return problem["detail"]
+        return reply.json["error"]["message"] if is_model else problem["detail"]
 
     def test_every_route_but_two_wants_a_token(self):
         routes = subprocess.run([daemon.program(stub=True), "--print-routes"], check=True,
@@ -109,7 +113,8 @@ class Strangers(Guarded):
                 if path in OPEN:
                     self.assertEqual(reply.status, 200)
                 else:
-                    self.assert_stranger(reply)
+                    # paths of UM-Bridge are those with a capital
+                    self.assert_stranger(reply, is_model=path[1:2].isupper())
         self.assert_stranger(self.get("/no/such/path"))
         self.assert_stranger(self.request("PUT", "/jobs"))
 
@@ -319,7 +324,8 @@ class References(Guarded):
 
 class Limits(Guarded):
     limits = {"few": ["jobs=2"], "short": ["seconds=0.3"], "small": ["body-bytes=1000"],
-              "poor": ["data-bytes=50", "job-bytes=50000"], "slow": ["rate=0.5", "burst=3"], "free": []}
+              "poor": ["data-bytes=50", "job-bytes=50000"], "slow": ["rate=0.5", "burst=3"], "free": [],
+              "watcher": ["streams=2"], "deaf": ["streams=0"]}
     options = ["--workers", "4"]
 
     def test_jobs(self):
@@ -398,6 +404,46 @@ class Limits(Guarded):
         last = daemon.wait_until(lambda: self.submit("poor", "x".ljust(20000)).status == 201,
                                  "room again")
         self.assertTrue(last)
+
+    def watch(self, who, job):
+        """An event stream that stays open, and its connection."""
+        connection = self.daemon.connect()
+        self.addCleanup(connection.close)
+        connection.request("GET", job + "/events", headers=bearer(self.file.secret[who]))
+        stream = connection.getresponse()
+        self.assertEqual(stream.status, 200)
+        return connection, stream
+
+    def test_streams(self):
+        job, other = self.job("watcher", "sleep 60"), self.job("free", "sleep 60 other")
+        streams = [self.watch("watcher", job) for _ in range(2)]
+        refused = self.say("watcher", "GET", job + "/events")
+        self.assert_problem(refused, 429, "2 event streams", "above 2", "streams of the token")
+        self.assertGreaterEqual(int(refused.headers["Retry-After"]), 1)
+        self.assertEqual(self.say("watcher", "GET", job).status, 200)  # only streams
+        others = [self.watch("free", other) for _ in range(5)]
+        streams[0][1].close()
+        streams[0][0].close()
+        daemon.wait_until(lambda: self.say("watcher", "HEAD", job + "/events").status == 200,
+                          "room for a stream")
+        self.watch("watcher", job)
+        self.assertEqual(self.say("watcher", "GET", job + "/events").status, 429)
+        # one that ends with its job is counted no more
+        self.assertEqual(self.say("watcher", "DELETE", job).status, 200)
+        self.assertIn(b"dismissed", streams[1][1].read())
+        again = self.job("watcher", "sleep 60 again")
+        daemon.wait_until(lambda: self.say("watcher", "HEAD", again + "/events").status == 200,
+                          "room for a stream")
+        for who, which in (("watcher", again), ("free", other)):
+            self.assertEqual(self.say(who, "DELETE", which).status, 200)
+        for _, stream in others:
+            self.assertIn(b"dismissed", stream.read())
+
+    def test_no_streams_at_all(self):
+        job = self.job("deaf", "soon over")
+        self.end("deaf", job)
+        self.assert_problem(self.say("deaf", "GET", job + "/events"), 429, "streams of the token")
+        self.assertEqual(self.say("deaf", "GET", job + "/results").status, 200)
 
     def test_rate(self):
         replies = [self.say("slow", "GET", "/conformance") for _ in range(5)]
@@ -498,7 +544,8 @@ class Files(unittest.TestCase):
                 (f"alice sha256:{64 * 'A'}\n", 1, "needs 64 of 0-9 and a-f"),
                 (f"alice {digest} colour=red\n", 1, "colour=red"),
                 (f"alice {digest} jobs=-1\n", 1, "integer from 0"),
-                (f"alice {digest} jobs=1.5\n", 1, "1.5"), (f"alice {digest} rate=0\n", 1, "rate"),
+                (f"alice {digest} jobs=1.5\n", 1, "1.5"),
+                (f"alice {digest} streams=-2\n", 1, "integer from 0"), (f"alice {digest} rate=0\n", 1, "rate"),
                 (f"alice {digest} seconds=\n", 1, "seconds"),
                 (f"10.0.0.1 {digest}\n", 1, "a letter"), (f"local {digest}\n", 1, "local"),
                 (f"a:b {digest}\n", 1, "name"), (f"{33 * 'a'} {digest}\n", 1, "name"),
@@ -523,6 +570,34 @@ class Files(unittest.TestCase):
                               timeout=daemon.PATIENCE)
         self.assertEqual(done.returncode, 1)
         self.assertIn("/no/such/file", done.stderr)
+
+    def test_a_reload_during_the_start_waits_for_its_end(self):
+        file = TokenFile()
+        self.addCleanup(file.directory.cleanup)
+        file.add("alice")
+        pipe = file.path + ".pipe"
+        os.mkfifo(pipe, 0o600)
+        process = subprocess.Popen(
+            [daemon.program(stub=True), "--listen", "127.0.0.1:0", "--data-dir",
+             file.directory.name, "--tokens", pipe, "--workers", "1"], stderr=subprocess.PIPE,
+            text=True)
+        self.addCleanup(process.kill)
+
+        def opened():  # once the daemon waits at its end
+            with contextlib.suppress(OSError):
+                return os.open(pipe, os.O_WRONLY | os.O_NONBLOCK)
+        end = daemon.wait_until(opened, "it reads the file")
+        text = pathlib.Path(file.path).read_bytes()
+        os.rename(file.path, pipe)
+        process.send_signal(signal.SIGHUP)
+        os.write(end, text)
+        os.close(end)
+        lines = iter(process.stderr.readline, "")
+        self.assertTrue(any("event=listening" in line for line in lines))
+        self.assertTrue(any("event=tokens" in line for line in lines))
+        process.terminate()
+        process.communicate(timeout=daemon.PATIENCE)
+        self.assertEqual(process.returncode, 0)
 
     def test_one_that_others_may_read_is_complained_of(self):
         file = TokenFile()
@@ -590,9 +665,11 @@ class Pages(daemon.Case):
                     self.assert_problem(self.post(Origin=origin), 403, "Origin")
         self.assert_problem(self.post(Origin="https://evil.example", Sec_Fetch_Site="cross-site"),
                             403)
-        for method, path in (("DELETE", "/jobs/x"), ("POST", "/Evaluate"), ("POST", "/data")):
+        for method, path in (("DELETE", "/jobs/x"), ("POST", "/data")):
             self.assert_problem(self.request(method, path, "x", {"Origin": "https://evil.example"}),
                                 403)
+        self.assertEqual(self.request("POST", "/Evaluate", "x",
+                                      {"Origin": "https://evil.example"}).status, 403)
         self.assertEqual(self.get("/healthz", Origin="https://evil.example").status, 200)
 
 

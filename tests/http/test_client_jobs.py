@@ -89,8 +89,10 @@ class Submitting(Case):
 
     def test_outputs_and_kinds(self):
         self.assertEqual(set(self.client.submit("solve", PLANE, ["points"]).result()), {"points"})
-        study = self.client.submit("study", {"case": "laplace", "cells": [4, 8]}).result()
+        laplace = {"case": "laplace", "cells": [4, 8]}
+        study = self.client.submit("study", laplace).result()
         self.assertIsInstance(study, scatterd.Study)
+        self.assertIsInstance(self.client.execute("study", laplace), scatterd.Study)
         self.assertEqual(study.column("cells").tolist(), [4, 8])
 
     def test_a_key_makes_one_job(self):

@@ -1,8 +1,13 @@
 #!/usr/bin/env python3
 """http.clock: somebody sets the time of day by hours, forward and back. Nothing expires that has
-time left, what has none goes, nothing hangs, deadlines and waits keep their length."""
+time left, what has none goes, nothing hangs, deadlines and waits keep their length.
 
+http.clock.postgres: the same of a daemon whose store is shared; of two of them whose clocks differ
+by hours; and of the clock of their database."""
+
+import datetime
 import http.server
+import os
 import shutil
 import signal
 import sys
@@ -13,6 +18,7 @@ import unittest
 sys.dont_write_bytecode = True
 import daemon  # noqa: E402
 import faults as ordered  # noqa: E402
+import postgres  # noqa: E402
 
 HOURS = 3600
 STEPS = (3 * HOURS, -5 * HOURS)
@@ -24,9 +30,9 @@ class Case(unittest.TestCase):
         self.addCleanup(self.faults.close)
         self.addCleanup(shutil.rmtree, self.faults.directory, True)
 
-    def start(self, *options):
-        server = daemon.Daemon("--workers", "2", "--reuse-results", "0", *options,
-                               directory=self.faults.directory, environment=self.faults.environment)
+    def start(self, *options, **how):
+        how = {"directory": self.faults.directory, "environment": self.faults.environment, **how}
+        server = daemon.Daemon("--workers", "2", "--reuse-results", "0", *options, **how)
         self.addCleanup(lambda: server.process.poll() is None and server.stop())
         server.wait_ready()
         return server
@@ -39,6 +45,12 @@ class Case(unittest.TestCase):
 
     def end_of(self, server, job):
         return server.request("GET", f"/jobs/{job}", headers={"Prefer": "wait=30"}).json
+
+    def assert_followed(self, server, step):
+        """What expires was moved with the clock, if it goes by that at all."""
+        if not daemon.shares_store():
+            server.wait_for_log(f"event=clock .*by {step} s")
+        self.assertFalse(daemon.shares_store() and any("event=clock" in line for line in server.log))
 
     def upload(self, server, body):
         reply = server.request("POST", "/data", body, {"Content-Type": "application/json"})
@@ -58,7 +70,7 @@ class Expiry(Case):
             self.faults.set_clock(clock)
             self.assertEqual(server.request("GET", data).status, 200)
             self.assertEqual(server.request("GET", f"/jobs/{job}/results").body, b"stays")
-            server.wait_for_log(f"event=clock .*by {step} s")
+            self.assert_followed(server, step)
             server.stop(signal.SIGKILL, keep=True)
             server = self.start(*options)
             self.assertEqual(server.request("GET", data).status, 200)
@@ -79,6 +91,7 @@ class Expiry(Case):
                                   "the end of an upload")
                 self.assertEqual(server.stop(keep=True), 0)
 
+    @unittest.skipIf(daemon.shares_store(), "nothing is written then")
     def test_while_the_disk_is_full(self):
         server = self.start("--result-seconds", str(HOURS))
         job = self.submit(server, "stays")
@@ -190,6 +203,104 @@ class Waiting(Case):
                 daemon.wait_until(lambda: len(calls) == 1, "the first call")
                 self.faults.set_clock(step)
                 daemon.wait_until(lambda: len(calls) == 2, "the second call")
+
+
+@unittest.skipUnless(daemon.shares_store(), "one daemon is alone with its store")
+class Shared(Case):
+    """Two daemons on one store: the clock of the first is set, that of the second is right."""
+
+    def start_two(self, *options):
+        """With the clock of the first as it is at the moment."""
+        url = daemon.database(os.path.basename(self.faults.directory))
+        return self.start(*options, store=url), self.start(*options, store=url, directory=None,
+                                                           environment=None)
+
+    def assert_now(self, text):
+        when = datetime.datetime.fromisoformat(text.replace("Z", "+00:00")).timestamp()
+        self.assertLess(abs(when - time.time()), daemon.PATIENCE)
+
+    def test_clocks_that_differ(self):
+        for clock in STEPS:
+            with self.subTest(clock=clock):
+                self.faults.set_clock(clock)
+                both = self.start_two("--result-seconds", str(HOURS), "--data-seconds", str(HOURS))
+                made = [(self.submit(server, f"at {k} {clock}"), self.upload(server, f"[{k}]"))
+                        for k, server in enumerate(both)]
+                for job, data in made:
+                    info = self.end_of(both[0], job)
+                    for date in ("created", "started", "finished", "updated"):
+                        self.assert_now(info[date])
+                    for server in both:
+                        self.assertEqual(server.request("GET", data).status, 200)
+                        self.assertEqual(server.request("GET", f"/jobs/{job}/results").status, 200)
+                for server in both:
+                    self.assertEqual(server.stop(keep=server is both[0]), 0)
+
+    def test_what_has_no_time_left_goes(self):
+        for clock in STEPS:
+            with self.subTest(clock=clock):
+                self.faults.set_clock(clock)
+                both = self.start_two("--result-seconds", "3", "--data-seconds", "3")
+                job, data = self.submit(both[0], "goes"), self.upload(both[0], "[3, 4]")
+                self.assertEqual(self.end_of(both[1], job)["status"], "successful")
+                for server in both:
+                    for path in (f"/jobs/{job}", data):
+                        daemon.wait_until(lambda s=server, p=path:
+                                          s.request("GET", p).status == 404, "its end")
+                for server in both:
+                    self.assertEqual(server.stop(keep=server is both[0]), 0)
+
+    def test_nobody_takes_what_a_daemon_runs_whose_clock_is_set(self):
+        self.faults.set_clock(0)
+        both = self.start_two()
+        jobs = [self.submit(server, f"sleep 6 {k}") for k, server in enumerate(2 * both)]
+        for clock in (*STEPS, 0, *STEPS):
+            self.faults.set_clock(clock)
+            time.sleep(1)
+        for job in jobs:
+            info = self.end_of(both[1], job)
+            self.assertEqual((info["status"], info["attempts"]), ("successful", 1), info)
+
+
+@unittest.skipUnless(daemon.shares_store(), "no database")
+@unittest.skipIf(daemon.is_sanitized(), "the shim would bring the sanitizer into the database")
+class Database(Case):
+    """The clock that all daemons go by is set."""
+
+    def setUp(self):
+        super().setUp()
+        os.chmod(self.faults.path, 0o666)  # the server is somebody else
+        environment = {**self.faults.environment, "SCATTERD_FAULTS_BELOW": "/nowhere"}
+        self.server = postgres.Server("fsync=off", environment=environment)
+        self.addCleanup(self.server.stop)
+        url = self.server.database("clock")
+        self.both = [self.start(store=url, directory=None, environment=None) for _ in range(2)]
+
+    def clock(self):
+        return float(self.server.sql("SELECT extract(epoch FROM clock_timestamp())")[0])
+
+    def test_nobody_takes_what_others_run(self):
+        jobs = [self.submit(server, f"sleep 10 {k}") for k, server in enumerate(2 * self.both)]
+        for k in range(6):
+            self.faults.set_clock((k + 1) * 3 * HOURS)
+            time.sleep(1.3)
+        self.assertGreater(self.clock(), time.time() + 17 * HOURS)
+        for server in self.both:
+            server.wait_for_log("event=clock .*by 10800 s")
+        for job in jobs:
+            info = self.end_of(self.both[0], job)
+            self.assertEqual((info["status"], info["attempts"]), ("successful", 1), info)
+
+    def test_what_a_dead_one_ran_is_taken_when_it_is_set_back(self):
+        jobs = [self.submit(self.both[0], f"sleep 4 {k}") for k in range(4)]
+        daemon.wait_until(lambda: len(self.server.sql(
+            "SELECT DISTINCT holder FROM jobs WHERE state = 1", "clock")) == 2, "both at work")
+        self.both[0].stop(signal.SIGKILL)
+        self.faults.set_clock(-5 * HOURS)
+        for job in jobs:
+            daemon.wait_until(lambda j=job: self.both[1].request("GET", f"/jobs/{j}").json["status"]
+                              == "successful", "the end of a job", 2 * daemon.PATIENCE)
+        self.assertLess(self.clock(), time.time() - 4 * HOURS)
 
 
 if __name__ == "__main__":

@@ -19,6 +19,7 @@ import unittest
 sys.dont_write_bytecode = True
 import daemon  # noqa: E402
 import postgres  # noqa: E402
+import test_access as access  # noqa: E402
 
 SEED = int(os.environ.get("SCATTERD_SEED", time.time_ns() % 1000000))
 KILLS = int(os.environ.get("SCATTERD_KILLS", 4))
@@ -238,6 +239,94 @@ class Sharing(Case):
         began = [float(self.column(job, "started")) for job in (high, *low)]
         self.assertEqual(began, sorted(began))
         self.stop(self.first)
+
+
+class Limits(Case):
+    """What a token may have it may have by way of all daemons together."""
+
+    def setUp(self):
+        self.file = access.TokenFile()
+        self.addCleanup(self.file.directory.cleanup)
+        for name in ("alice", "bob"):
+            self.file.add(name, "jobs=5")
+        self.file.add("free")
+        self.options = [*self.options, "--tokens", self.file.path]
+        super().setUp()
+
+    def post(self, who, at, body, path=daemon.EXECUTE):
+        return at.request("POST", path, body, {**ASYNC, **access.bearer(self.file.secret[who])})
+
+    def post_all(self, orders):
+        """Replies to requests that are sent all at once."""
+        replies, start = [], threading.Barrier(len(orders))
+
+        def post(order):
+            start.wait()
+            reply = self.post(*order)
+            replies.append((order[0], reply.status, reply))
+
+        threads = [threading.Thread(target=post, args=(order,)) for order in orders]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        return replies
+
+    def drop_all(self, replies):
+        for who, status, reply in replies:
+            if status == 201:
+                dropped = self.second.request("DELETE", "/jobs/" + reply.json["jobID"],
+                                              headers=access.bearer(self.file.secret[who]))
+                self.assertEqual(dropped.status, 200)
+
+    def test_jobs_of_a_token(self):
+        both = (self.first, self.second)
+        for turn in range(4):
+            orders = [(who, both[k % 2], f"sleep 60 {who} {turn} {k}")
+                      for k in range(10) for who in ("alice", "bob", "free")]
+            replies = self.post_all(orders)
+            for who, most in (("alice", 5), ("bob", 5), ("free", 10)):
+                told = sorted(status for name, status, _ in replies if name == who)
+                # what is being checked counts, so that fewer may be let in at once, never more
+                self.assertEqual(set(told) - {201, 429}, set())
+                self.assertLessEqual(told.count(201), most)
+                self.assertGreater(told.count(201), 0)
+            for who, status, reply in replies:
+                if status == 429:
+                    self.assertIn("jobs of the token", reply.json["detail"])
+                    self.assertGreaterEqual(int(reply.headers["Retry-After"]), 1)
+            more = self.post_all([("alice", at, f"sleep 60 more {turn} {k}")
+                                  for k, at in enumerate(10 * both)])
+            had = sum(status == 201 for who, status, _ in [*replies, *more] if who == "alice")
+            self.assertLessEqual(had, 5)
+            self.assertEqual(int(server.sql("SELECT count(*) FROM jobs WHERE submitter = 'alice' "
+                                            "AND state <= 1", self.name)[0]), had)
+            self.drop_all([*replies, *more])
+        self.stop(*both)
+
+    def test_batches_of_a_token(self):
+        for turn in range(4):
+            path = "/processes/batch/execution"
+            replies = self.post_all([("alice", at, f"batch 3 sleep 60 {turn} {k}", path)
+                                     for k, at in enumerate(2 * (self.first, self.second))])
+            self.assertLessEqual(sum(status == 201 for _, status, _ in replies), 1, replies)
+            self.drop_all(replies)
+        self.stop(self.first, self.second)
+
+    def test_another_daemon_that_hangs_while_it_adds(self):
+        hold = ("BEGIN; SELECT pg_advisory_xact_lock(hashtextextended('scatterd jobs of alice', 0));"
+                "SELECT pg_sleep(5); COMMIT")
+        other = threading.Thread(target=server.sql, args=(hold, self.name))
+        other.start()
+        daemon.wait_until(lambda: server.sql("SELECT 1 FROM pg_locks WHERE locktype = 'advisory' "
+                                             "AND granted", self.name), "the lock")
+        refused = self.post("alice", self.first, "sleep 60 refused")
+        self.assertEqual(refused.status, 503, refused.body)
+        self.assertGreaterEqual(int(refused.headers["Retry-After"]), 1)
+        self.assertEqual(self.post("bob", self.first, "sleep 60 goes on").status, 201)
+        other.join()
+        self.assertEqual(self.post("alice", self.first, "sleep 60 later").status, 201)
+        self.stop(self.first, self.second)
 
 
 class Calls(Case):

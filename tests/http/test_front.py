@@ -39,7 +39,10 @@ class Documents(daemon.Case):
 
     def test_api_for_reading(self):
         self.assertEqual(self.get("/api", Accept="application/json").type, "application/json")
-        self.assertEqual(self.get("/api", Accept="text/html").type, "text/html; charset=utf-8")
+        page = self.get("/api", Accept="text/html")
+        self.assertEqual(page.type, "text/html; charset=utf-8")
+        self.assertIn("default-src 'none'", page.headers["Content-Security-Policy"])
+        self.assertEqual(page.headers["X-Content-Type-Options"], "nosniff")
 
     def test_links_are_absolute_by_the_host_used(self):
         links = self.get("/").json["links"]

@@ -53,6 +53,31 @@ class Hostile(daemon.Case):
                 self.assertNotRegex(daemon.read_all(plain), rb"^HTTP/1\.1 5(?!0[15])")
         self.assert_alive()
 
+    def test_headers_that_others_read_differently(self):
+        """None of them makes a request of what follows, which may be a body."""
+        for line in (b"Content-Length:\r\n 44", b"Content-Length: \r\n\t44", b"A: b\r\n c",
+                     b"A:   b\r\n c", b"Transfer-Encoding : chunked", b"A\t: b", b": x", b":",
+                     b"A: b\0c", b"A: b\r\n: x\r\nContent-Length: 44", b"Host : b",
+                     b"Content-Len: 4\r\n gth", b"A: b\r\n: x"):
+            for more in (b"", b"Z: z\r\n"):
+                with self.subTest(line, more=more):
+                    reply = self.exchange(HEAD + line + b"\r\n" + more + b"\r\n" +
+                                          b"GET /smuggled HTTP/1.1\r\nHost: a\r\n\r\n")
+                    self.assertRegex(reply, rb"^HTTP/1\.1 400 ")
+                    self.assertIn(b"Connection: close", reply)
+                    self.assertNotIn(b"404", reply)
+        self.assert_alive()
+
+    def test_headers_of_all_sizes(self):
+        """However its buffer has to grow, a good header is taken as one."""
+        with contextlib.closing(self.daemon.connect()) as connection:
+            for size in range(0, 15000, 331):
+                fields = {f"X-{k}": "x" * (size // 20) for k in range(20)}
+                connection.request("GET", "/healthz", headers={"A": "", "B": " \t b ", **fields})
+                with connection.getresponse() as response:
+                    self.assertEqual(response.status, 200, response.read())
+                    response.read()
+
     def test_long_header(self):
         for data in (GET + b"A: " + b"x" * 20000 + b"\r\n\r\n",
                      GET + b"".join(b"A%d: %050d\r\n" % (k, k) for k in range(300)) + b"\r\n"):

@@ -1,5 +1,6 @@
 """What a worker that a body has taken over can reach: nothing."""
 
+import contextlib
 import pathlib
 import unittest
 
@@ -17,10 +18,13 @@ class Sandbox(daemon.Case):
 
     def test_files_sockets_and_processes_are_refused(self):
         for what in ("open", "create", "stat", "socket", "local", "process", "program", "kill",
-                     "limit", "trace"):
+                     "signal", "owner", "blocking", "affinity", "code", "limit", "trace"):
             with self.subTest(what):
                 self.assertIn(self.attempt(what),
                               ("Operation not permitted", "Permission denied"))
+
+    def test_its_files_of_memory_are_bounded_too(self):
+        self.assertEqual(self.attempt("grow"), "File too large")
 
     def test_threads_are_not(self):
         self.assertEqual(self.attempt("thread"), "done")
@@ -33,6 +37,30 @@ class Sandbox(daemon.Case):
                           if ":\t" in line)
             self.assertEqual(status["NoNewPrivs"], "1")
             self.assertEqual(status["Seccomp"], "2")  # 2: a filter is in force
+
+
+class Lies(daemon.Case):
+    """What a worker that a body has taken over may say to the front: it is killed for it."""
+    options = ["--workers", "1", "--seconds", "2"]
+
+    def test_lies(self):
+        self.execute("before")
+        before = len(daemon.descriptors(self.daemon.pid))
+        for what in ("unsealed", "short", "stream", "status", "ready", "kind", "piece", "two"):
+            with self.subTest(what):
+                reply = self.execute(f"lie {what}")
+                self.assertEqual(reply.status, 500, reply.body)
+                self.assertEqual(self.execute("truth").body, b"truth")
+        daemon.wait_until(lambda: len(daemon.descriptors(self.daemon.pid)) <= before,
+                          "all descriptors that came with them are closed")
+
+    def test_one_that_talks_without_end_takes_no_turn_of_others(self):
+        with contextlib.closing(self.daemon.connect()) as connection:
+            connection.request("POST", daemon.EXECUTE, "lie flood",
+                               {"Content-Type": "application/json"})
+            for _ in range(20):
+                self.assertEqual(self.get("/healthz").status, 200)
+            self.assertEqual(connection.getresponse().status, 504)
 
 
 @unittest.skipIf(daemon.is_sanitized(), "AddressSanitizer needs what the sandbox forbids")

@@ -84,11 +84,16 @@ class User(daemon.Case):
     options = ["--workers", "1", "--user", "nobody"]
 
     def test_front_and_workers_have_left_root(self):
-        nobody = str(pwd.getpwnam("nobody").pw_uid)
+        entry = pwd.getpwnam("nobody")
+        nobody, group = str(entry.pw_uid), str(entry.pw_gid)
+        groups = os.getgrouplist("nobody", entry.pw_gid)
         daemon.wait_until(lambda: self.get("/readyz").status == 200, "a worker")
         for pid in (self.daemon.pid, *daemon.children(self.daemon.pid)):
             status = pathlib.Path(f"/proc/{pid}/status").read_text()
             self.assertIn("Uid:\t" + "\t".join(4 * [nobody]), status)
+            self.assertIn("Gid:\t" + "\t".join(4 * [group]), status)
+            kept = status.split("Groups:\t")[1].split("\n")[0].split()
+            self.assertLessEqual(set(map(int, kept)), set(groups))
             self.assertIn("CapEff:\t0000000000000000", status)
 
 

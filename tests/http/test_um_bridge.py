@@ -13,6 +13,7 @@ import unittest
 
 sys.dont_write_bytecode = True
 import daemon  # noqa: E402
+import test_access as access  # noqa: E402
 
 SCHEMAS = pathlib.Path(__file__).resolve().parents[2] / "schemas"
 
@@ -414,6 +415,112 @@ class Faults(daemon.Case):
             self.assertEqual(reply.status, 500, reply.body)
             self.assertEqual(reply.json["error"]["type"], "InvalidOutput")
             self.daemon.wait_ready()
+
+
+OPERATIONS = ("ModelInfo", "InputSizes", "OutputSizes", "Evaluate", "Gradient", "ApplyJacobian",
+              "ApplyHessian")
+
+
+class Refusing:
+    """What keeps a request from its model is told in UM-Bridge's form, too: its clients read the
+    body as JSON and look for "error", whatever the status."""
+
+    def assert_refused(self, reply, status, kind, *words):
+        self.assertEqual((reply.status, reply.type), (status, "application/json"), reply.body)
+        self.assertEqual(set(reply.json), {"error"}, reply.body)
+        self.assertEqual(set(reply.json["error"]), {"type", "message"})
+        self.assertEqual(reply.json["error"]["type"], kind)
+        for word in words:
+            self.assertIn(word, reply.json["error"]["message"])
+        if status in (429, 503):
+            self.assertGreaterEqual(int(reply.headers["Retry-After"]), 1)
+
+
+class Tokens(Refusing, access.Guarded):
+    limits = {"alice": [], "none": ["jobs=0"], "slow": ["rate=0.01", "burst=1"],
+              "small": ["body-bytes=200"]}
+    options = ["--workers", "1"]
+    stub = False
+    body = json.dumps({"name": "solve", "input": [[0, 0], [0, 0]], "config": {}})
+
+    def test_strangers(self):
+        wrong = access.basic("alice", "x")
+        for method, path in (("GET", "/Info"), *(("POST", "/" + name) for name in OPERATIONS)):
+            for headers in ({}, wrong, {"Accept": "application/problem+json"}):
+                with self.subTest(path=path, headers=headers):
+                    reply = self.daemon.request(method, path, self.body if method == "POST" else
+                                                None, headers)
+                    self.assert_refused(reply, 401, "Unauthorized", "token")
+                    challenges = reply.headers.get_all("WWW-Authenticate")
+                    self.assertEqual([text.split()[0] for text in challenges], ["Bearer", "Basic"])
+        self.assert_problem(self.get("/jobs"), 401, "token")
+
+    def test_both_ways_in(self):
+        """A client that knows URLs only, http://alice:SECRET@HOST, sends HTTP Basic."""
+        secret = self.file.secret["alice"]
+        for headers in (access.basic("alice", secret), access.bearer(secret)):
+            info = self.daemon.request("GET", "/Info", None, headers)
+            self.assertEqual(info.json["models"], ["solve"])
+            reply = self.daemon.request("POST", "/Evaluate", self.body, headers)
+            self.assertEqual(reply.status, 200, reply.body)
+            self.assertEqual([len(v) for v in reply.json["output"]], [1, 1, 1])
+
+    def test_limits_of_a_token(self):
+        self.assert_refused(self.say("none", "POST", "/Evaluate", self.body), 429,
+                            "TooManyRequests", "jobs of the token")
+        self.assertEqual(self.say("slow", "GET", "/Info").status, 200)
+        for method, path in (("GET", "/Info"), ("POST", "/Evaluate")):
+            self.assert_refused(self.say("slow", method, path, self.body), 429, "TooManyRequests",
+                                "rate of the token")
+
+    def test_bodies(self):
+        long = self.body.ljust(201)
+        self.assert_refused(self.say("small", "POST", "/Evaluate", long), 413, "InvalidInput",
+                            "201 bytes", "at most 200")
+        pieces = self.say("small", "POST", "/Evaluate", iter([long.encode()]))
+        self.assert_refused(pieces, 413, "InvalidInput", "200 bytes")
+        self.assertEqual(self.say("small", "POST", "/Evaluate", self.body).status, 200)
+
+    def test_pages_of_others(self):
+        reply = self.say("alice", "POST", "/Evaluate", self.body, {"Origin": "http://evil.example"})
+        self.assert_refused(reply, 403, "Forbidden", "Origin")
+
+    def test_methods(self):
+        reply = self.say("alice", "GET", "/Evaluate")
+        self.assert_refused(reply, 405, "InvalidInput", "POST")
+        self.assertEqual(reply.headers["Allow"], "POST, OPTIONS")
+        self.assert_problem(self.say("alice", "GET", "/TestShMem"), 404)
+
+
+class Heads(Refusing, daemon.Case):
+    """Refusals before anybody asks what a request means."""
+    options = ["--workers", "1", "--body-bytes", "1000", "--queue", "1"]
+
+    def test_heads(self):
+        self.assert_refused(self.request("POST", "/Evaluate", 1001 * "x"), 413, "InvalidInput",
+                            "1001 bytes")
+        reply = self.request("POST", "/Evaluate", "x", {"X": 20000 * "x"})
+        self.assert_refused(reply, 431, "InvalidInput", "header-bytes")
+        reply = self.request("POST", "/Evaluate", "x", {"Transfer-Encoding": "gzip"})
+        self.assert_refused(reply, 501, "InvalidOutput", "Transfer-Encoding")
+
+    def test_a_full_queue(self):
+        head = b"POST /Evaluate HTTP/1.1\r\nHost: a\r\nContent-Length: 8\r\n\r\n"
+        with self.daemon.raw() as first, self.daemon.raw() as second:
+            for plain, gauge in ((first, 'scatterd_workers{state="busy"} 1'),
+                                 (second, "scatterd_queue_length 1")):
+                plain.sendall(head + b"sleep 60")
+                daemon.wait_until(lambda: gauge in self.get("/metrics").body.decode(), gauge)
+            self.assert_refused(self.request("POST", "/Evaluate", "x"), 503, "ServiceUnavailable",
+                                "limit: queue")
+
+
+class Names(Refusing, daemon.Case):
+    options = ["--workers", "1", "--hosts", "solve.example"]
+
+    def test_names_of_others(self):
+        reply = self.request("GET", "/Info", headers={"Host": "evil.example"})
+        self.assert_refused(reply, 421, "Forbidden", "evil.example")
 
 
 if __name__ == "__main__":

@@ -2,7 +2,7 @@
 # Builds the release twice - in other folders, another locale, time zone and umask, in another order
 # - and compares the bytes of program, library and Debian package. Silent if they are the same.
 #   tests/install/reproducible.sh [-DOPTION=VALUE...]     some minutes; the build folders are temporary
-# Only cpack always runs under umask 022, since that is part of what it packs.
+# Only cpack always runs under umask 022: ar notes the modes of the files that a package consists of.
 # SOURCE_DATE_EPOCH, the time that the package's files have, is the commit's unless it is set.
 set -euo pipefail
 cd "$(dirname "$0")/../.."

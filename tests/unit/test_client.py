@@ -321,6 +321,14 @@ class Pictures(unittest.TestCase):
         points = numpy.column_stack([numpy.arange(5.0), numpy.zeros(5)])
         self.picture(scatterd.Result({"points": points, "solution": points[:, 0]}))
 
+    def test_particles_are_drawn_by_how_fast_they_are(self):
+        particles = numpy.random.default_rng(1).random((50, 2))
+        self.picture(scatterd.Result({"particles": particles, "velocity": particles}))
+
+    def test_a_field_that_is_not_there(self):
+        with self.assertRaisesRegex(ValueError, "no 'artificial_velocity', only .*solution"):
+            self.result([10]).plot("artificial_velocity")
+
     def test_lengths_must_agree(self):
         with self.assertRaisesRegex(ValueError, "3 values for 11 points"):
             scatterd.plot(self.result([10]), [1, 2, 3])

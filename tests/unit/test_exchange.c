@@ -151,6 +151,9 @@ static void large(head *h, parameters *set) {
 static void fits(head *h, parameters *set) {
   (void)h, set->limits.body_bytes = 3;
 }
+static void broken(head *h, parameters *set) {
+  (void)set, h->broken = true;
+}
 static void long_head(head *h, parameters *set) {
   h->size = (size_t)set->header_bytes + 1;
 }
@@ -165,7 +168,7 @@ static void test_admission(void **state) {
     int status;
   } rows[] = {{no_change, 0}, {two_hosts, 400},   {bad_host, 400},   {no_host, 400}, {old, 0},
               {both, 400},    {two_lengths, 400}, {odd_coding, 501}, {chunked, 0},   {large, 413},
-              {fits, 0},      {long_head, 431},   {short_room, 414}};
+              {fits, 0},      {long_head, 431},   {short_room, 414}, {broken, 400}};
   for (size_t k = 0; k < sizeof rows / sizeof *rows; k++) {
     assert_int_equal(status_of("/12345", rows[k].change), rows[k].status);
   }

@@ -152,6 +152,7 @@ static void test_errors(void **state) {
       {"_pi", 1, "pi"},
       {"x_3", 1, "\"x_2\""},
       {"x = 1", 3, "=="},
+      {"x**2", 2, "powers need ^"},
       {"x + \"y\"", 5, "\"\"\""},
       {"x # y", 3, "#"},
       {"x \xc3\xa4", 3, "character"},

@@ -51,10 +51,35 @@ static void test_no_directory(void **state) {
   spool_close(&s);
 }
 
+/* Whoever gets the descriptor of a sealed spool can read it, and nothing else. */
+static void check_sealed(int64_t memory) {
+  spool s = SPOOL_EMPTY;
+  char back[3] = "";
+  assert_true(spool_add(&s, "abc", 3, memory, "/tmp"));
+  assert_true(spool_seal(&s));
+  assert_int_equal(s.size, 3);
+  assert_int_equal(pwrite(s.fd, "x", 1, 0), -1);
+  assert_int_equal(pwrite(s.fd, "x", 1, 3), -1);
+  assert_int_equal(ftruncate(s.fd, 0), -1);
+  assert_int_equal(ftruncate(s.fd, 1000), -1);
+  assert_int_equal(pread(s.fd, back, 3, 0), 3);
+  assert_memory_equal(back, "abc", 3);
+  spool_close(&s);
+}
+
+static void test_sealed(void **state) {
+  (void)state;
+  spool empty = SPOOL_EMPTY;
+  assert_true(spool_seal(&empty));
+  check_sealed(100);
+  check_sealed(0);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(test_places),
       cmocka_unit_test(test_no_directory),
+      cmocka_unit_test(test_sealed),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -47,12 +47,13 @@ static void test_limits(void **state) {
   (void)state;
   tokens *t = good("# who may\n\n  alice sha256:" ONE
                    " jobs=3 points=2k seconds=0.5 body-bytes=3KiB data-bytes=0 job-bytes=5 "
-                   "rate=2.5 burst=7 # one\n"
+                   "streams=4 rate=2.5 burst=7 # one\n"
                    "bob\tsha256:" TWO "\r\n");
   assert_int_equal(tokens_count(t), 2);
   const token_limits a = tokens_named(t, "alice")->most, b = tokens_named(t, "bob")->most;
   assert_true(a.jobs == 3 && a.points == 2000 && a.seconds == 0.5 && a.body_bytes == 3072);
   assert_true(a.data_bytes == 0 && a.job_bytes == 5 && a.rate == 2.5 && a.burst == 7);
+  assert_true(a.streams == 4 && b.streams == INT64_MAX);
   assert_true(b.jobs == INT64_MAX && b.points == INT64_MAX && isinf(b.seconds) && isinf(b.rate));
   tokens_free(&t);
   assert_null(t);

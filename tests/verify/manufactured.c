@@ -95,9 +95,17 @@ void manufactured_side(manufactured *m, sct_side side, sct_condition condition) 
   sct_group_clear(&group);
 }
 
+sct_fields manufactured_fields(const manufactured *m) {
+  return (sct_fields){m->velocity, m->diffusivity, m->source, m->reaction};
+}
+
+sct_boundary manufactured_boundary(const manufactured *m) {
+  return (sct_boundary){m->condition, m->value, m->coefficient, m->normal};
+}
+
 static sct_system *assemble(const manufactured *m) {
-  const sct_fields fields = {m->velocity, m->diffusivity, m->source, m->reaction};
-  const sct_boundary boundary = {m->condition, m->value, m->coefficient, m->normal};
+  const sct_fields fields = manufactured_fields(m);
+  const sct_boundary boundary = manufactured_boundary(m);
   const sct_work work = {.threads = 2};
   sct_system *system = NULL;
   sct_error err;

@@ -27,6 +27,10 @@ typedef struct {
 manufactured manufactured_new(const fixture *f, double decay);
 void manufactured_free(manufactured *m);
 
+/* The problem as the library takes it, borrowed. */
+sct_fields manufactured_fields(const manufactured *m);
+sct_boundary manufactured_boundary(const manufactured *m);
+
 /* Sets the condition of a point, with outward unit normal [dim], or of a side of the lattice. */
 void manufactured_set(manufactured *m, int64_t i, sct_condition condition, const double *normal);
 void manufactured_side(manufactured *m, sct_side side, sct_condition condition);

@@ -28,8 +28,8 @@ static problem problem_new(int dim, int64_t cells, sct_scheme scheme, int degree
   manufactured_side(&p.m, SCT_SIDE_RIGHT, SCT_NEUMANN);
   if (dim > 1) manufactured_side(&p.m, SCT_SIDE_TOP, SCT_ROBIN);
   for (int64_t k = 0; k < p.f.cloud.n * dim; k++) p.m.velocity[k] *= speed;
-  const sct_fields fields = {p.m.velocity, p.m.diffusivity, p.m.source, p.m.reaction};
-  const sct_boundary boundary = {p.m.condition, p.m.value, p.m.coefficient, p.m.normal};
+  const sct_fields fields = manufactured_fields(&p.m);
+  const sct_boundary boundary = manufactured_boundary(&p.m);
   expect_ok(sct_system_build(p.f.stencil, &fields, &boundary, NULL, &p.system, &err), &err);
   p.b = fixture_alloc(p.system->unknowns, sizeof *p.b);
   p.x = fixture_alloc(p.system->unknowns, sizeof *p.x);

@@ -16,8 +16,8 @@ typedef struct {
 
 static void take_data(problem *p) {
   p->m = manufactured_new(&p->f, 0);
-  p->fields = (sct_fields){p->m.velocity, p->m.diffusivity, p->m.source, p->m.reaction};
-  p->boundary = (sct_boundary){p->m.condition, p->m.value, p->m.coefficient, p->m.normal};
+  p->fields = manufactured_fields(&p->m);
+  p->boundary = manufactured_boundary(&p->m);
 }
 
 static problem jittered(int dim, int64_t cells, sct_operator op, double jitter) {

@@ -24,8 +24,8 @@ static problem problem_new(int dim, int64_t cells, sct_operator op, double speed
   manufactured_side(&p.m, SCT_SIDE_RIGHT, SCT_NEUMANN);
   if (dim > 1) manufactured_side(&p.m, SCT_SIDE_TOP, SCT_ROBIN);
   for (int64_t k = 0; k < p.f.cloud.n * dim; k++) p.m.velocity[k] *= speed;
-  p.fields = (sct_fields){p.m.velocity, p.m.diffusivity, p.m.source, p.m.reaction};
-  p.boundary = (sct_boundary){p.m.condition, p.m.value, p.m.coefficient, p.m.normal};
+  p.fields = manufactured_fields(&p.m);
+  p.boundary = manufactured_boundary(&p.m);
   return p;
 }
 

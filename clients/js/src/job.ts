@@ -116,7 +116,7 @@ function parse(data: string): Record<string, unknown> {
 
 /** Will it be different in a while? */
 function isPassing(error: unknown): boolean {
-  return error instanceof UnreachableError || (error instanceof ProblemError && error.status === 503);
+  return error instanceof UnreachableError || (error instanceof ProblemError && [429, 503].includes(error.status));
 }
 
 function sleep(milliseconds: number, signal?: AbortSignal): Promise<void> {

@@ -65,12 +65,13 @@ test('without an end in the events, the status decides', async () => {
   assert.deepEqual(events.map(({ data }) => data.status), ['failed']);
 });
 
-test('a restart in between is waited out', async () => {
+test('a restart in between is waited out, too many streams as well', async () => {
   let calls = 0;
   const handle = (request, reply) => {
     calls++;
     if (calls < 3) return request.socket.destroy();
     if (calls === 3) return answerJson(reply, '{"title":"starting","status":503}', 503);
+    if (calls === 4) return answerJson(reply, '{"title":"too many","status":429}', 429);
     if (!request.url.endsWith('/events')) return answerJson(reply, running);
     reply.writeHead(200, stream).end('event: status\ndata: {"status":"successful"}\n\n');
   };

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from . import wire
 from .answer import content, failure
 from .flow import Flow
+from .job import KINDS
 from .jobs import Jobs, execute_request
 from .problem import Field
 from .result import Result
@@ -217,14 +218,15 @@ class Client(Jobs):
         process: str,
         inputs: Mapping[str, Any],
         outputs: Sequence[str] | None = None,
-        kind: type[Any] = Result,
+        kind: type[Any] | None = None,
     ) -> Any:
         """Runs any process with inputs by name; `outputs` names those wanted, `kind` is what the
-        result is made."""
+        result is made: a Study, a Flow, else a Result."""
         return self.post(process, execute_request(inputs, outputs), kind)
 
-    def post(self, process: str, request: Mapping[str, Any], kind: type[Any] = Result) -> Any:
+    def post(self, process: str, request: Mapping[str, Any], kind: type[Any] | None = None) -> Any:
         """Posts a whole execute request: {"inputs": ..., "outputs": ...}."""
+        kind = kind or KINDS.get(process, Result)
         body, headers = wire.encode(request, self.format)
         path = f"/processes/{quote(process, safe='')}/execution"
         document = self.document("POST", path, body, headers)

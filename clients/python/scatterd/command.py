@@ -8,9 +8,7 @@ import sys
 from .client import DEFAULT_URL
 from .command_parts import add_output, check_output, client, read_request, show
 from .errors import ScatterdError
-from .job import KINDS
 from .job_commands import add_job_commands
-from .result import Result
 
 PROCESSES = {
     "solve": "solve a convection-diffusion-reaction problem",
@@ -90,6 +88,6 @@ def run_process(options: argparse.Namespace) -> int:
     check_output(options.output)
     request = read_request(options.request)
     with client(options) as service:
-        result = service.post(options.process, request, KINDS.get(options.process, Result))
+        result = service.post(options.process, request)
     show(result, options)
     return 0

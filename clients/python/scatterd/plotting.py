@@ -13,7 +13,7 @@ from .result import Result
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-FIELDS = ("solution", "laplacian", "value", "number_density", "neighbours")
+FIELDS = ("solution", "laplacian", "value", "number_density", "neighbours", "velocity")
 DOTS_UP_TO = 1500  #: more points than this are not drawn over the colours
 LINES = ("#31688e", "#d1495b", "#4a7c59", "#c98a1b", "#7b4b94")
 LONG = 3.0  #: a triangle with an edge longer than this many spacings bridges a hole
@@ -81,6 +81,8 @@ def field_of(result: Result, field: str | ArrayLike | None) -> tuple[numpy.ndarr
         if field is None:
             raise ValueError("the result has no field to draw; name one as field=")
     name = field if isinstance(field, str) else ""
+    if name and name not in result:
+        raise ValueError(f"the result has no {name!r}, only {', '.join(result)}")
     values = numpy.asarray(result[field] if isinstance(field, str) else field, dtype=float)
     if values.ndim == 2:
         return numpy.linalg.norm(values, axis=1), f"|{name}|" if name else ""

@@ -22,6 +22,7 @@ const token_limits token_unlimited = {.jobs = INT64_MAX,
                                       .body_bytes = INT64_MAX,
                                       .data_bytes = INT64_MAX,
                                       .job_bytes = INT64_MAX,
+                                      .streams = INT64_MAX,
                                       .seconds = INFINITY,
                                       .rate = INFINITY,
                                       .burst = 0};
@@ -42,6 +43,7 @@ static const struct {
     {"body-bytes", offsetof(token_limits, body_bytes), true, true, 0, 9e15},
     {"data-bytes", offsetof(token_limits, data_bytes), true, true, 0, 9e15},
     {"job-bytes", offsetof(token_limits, job_bytes), true, true, 0, 9e15},
+    {"streams", offsetof(token_limits, streams), true, false, 0, 1e9},
     {"seconds", offsetof(token_limits, seconds), false, false, 0.01, 1e7},
     {"rate", offsetof(token_limits, rate), false, false, 1e-6, 1e9},
     {"burst", offsetof(token_limits, burst), false, false, 1, 1e9},
@@ -71,7 +73,7 @@ static bool read_limit(token_limits *most, const char *word, fault *why) {
   }
   return fault_set(why,
                    "got \"%.60s\", needs sha256:DIGEST or one of jobs, points, body-bytes, "
-                   "data-bytes, job-bytes, seconds, rate, burst with = and a number",
+                   "data-bytes, job-bytes, streams, seconds, rate, burst with = and a number",
                    word);
 }
 

@@ -30,6 +30,7 @@ typedef struct {
   int64_t body_bytes; /* as sent */
   int64_t data_bytes; /* of its objects under /data, in all */
   int64_t job_bytes;  /* of the requests and results of its jobs, in all */
+  int64_t streams;    /* event streams at the same time */
   double seconds;     /* of one solve */
   double rate, burst; /* requests per second; at once */
 } token_limits;

@@ -74,18 +74,19 @@ static bool put_script(const executor_run *r) {
 
 static bool submit(executor_run *r) {
   const executor *x = r->by;
-  char line[PARAM_TEXT], name[96], ntasks[40], minutes[40];
+  char line[PARAM_TEXT], name[96], option[112], ntasks[40], minutes[40];
   char output[EXECUTOR_PATH + 16], script[EXECUTOR_PATH + 8], folder[EXECUTOR_PATH + 16];
   const char *words[COMMAND_WORDS];
   snprintf(line, sizeof line, "%s", x->set->sbatch);
   int count = command_words(line, words, COMMAND_WORDS - 12);
-  snprintf(name, sizeof name, "--job-name=scatterd-%.64s", r->name);
+  name_job(r, name, sizeof name);
+  snprintf(option, sizeof option, "--job-name=%s", name);
   snprintf(ntasks, sizeof ntasks, "--ntasks=%lld", (long long)x->set->limits.ranks);
   snprintf(minutes, sizeof minutes, "--time=%lld", (long long)ceil(r->limit / 60));
   snprintf(output, sizeof output, "--output=%s/output", r->path);
   snprintf(folder, sizeof folder, "--chdir=%s", r->path);
   snprintf(script, sizeof script, "%s/script", r->path);
-  const char *const rest[] = {"--parsable", "--no-requeue", name,   ntasks, minutes,
+  const char *const rest[] = {"--parsable", "--no-requeue", option, ntasks, minutes,
                               output,       folder,         script, NULL};
   memcpy(words + count, rest, sizeof rest);
   r->patience = INFINITY;
@@ -250,13 +251,14 @@ static void on_asked(void *self, const command_end *end) {
 
 /* Asks for all jobs at once. */
 static void ask(executor *x) {
-  char names[NAMES] = "--name=";
+  char names[NAMES] = "--name=", name[96];
   size_t length = strlen(names);
   int count = 0;
   for (const executor_run *r = x->first; r != NULL && length + 100 < sizeof names; r = r->next) {
     if (r->calls == NULL || r->command != NULL) continue;
-    length += (size_t)snprintf(names + length, sizeof names - length, "%sscatterd-%.64s",
-                               count++ > 0 ? "," : "", r->name);
+    name_job(r, name, sizeof name);
+    length += (size_t)snprintf(names + length, sizeof names - length, "%s%s",
+                               count++ > 0 ? "," : "", name);
   }
   const char *const words[] = {"squeue", "--noheader", "--states=all", "--format=%i|%T|%j",
                                names,    NULL};

@@ -19,6 +19,14 @@ static void check_size(exchange *x, const head *h, const parameters *set, host_r
   }
 }
 
+static void check_fields(exchange *x, const head *h, const parameters *set, host_rule rule) {
+  (void)set, (void)rule;
+  if (!h->broken) return;
+  exchange_refuse(x, 400,
+                  "header: got a line that continues another, or has no name before its colon, "
+                  "or a blank or NUL in it");
+}
+
 static void check_target(exchange *x, const head *h, const parameters *set, host_rule rule) {
   (void)h, (void)set, (void)rule;
   if (exchange_find_path(x)) return;
@@ -53,7 +61,8 @@ static void check_length(exchange *x, const head *h, const parameters *set, host
                   (long long)x->declared, (long long)set->limits.body_bytes);
 }
 
-static check *const checks[] = {check_size, check_target, check_host, check_framing, check_length};
+static check *const checks[] = {check_size, check_fields,  check_target,
+                                check_host, check_framing, check_length};
 
 /* Links are absolute: they begin with the configured URL, or with the Host the client used. */
 static void set_base(exchange *x, const head *h, const parameters *set, const char *host) {
@@ -73,7 +82,7 @@ bool admit(exchange *x, const head *h, const parameters *set, const http_place *
   snprintf(x->method, sizeof x->method, "%s", h->method);
   if (h->id != NULL) exchange_identify(x, h->id);
   set_base(x, h, set, place->host);
-  x->has_body = h->coding != NULL || h->length != NULL;
+  x->has_body = h->coding != NULL || h->length != NULL || h->broken; /* there may be one */
   x->body_most = set->limits.body_bytes;
   x->declared = h->coding != NULL ? -1 : h->length != NULL ? strtoll(h->length, NULL, 10) : 0;
   for (size_t k = 0; k < sizeof checks / sizeof *checks; k++) {

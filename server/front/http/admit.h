@@ -13,6 +13,7 @@ typedef struct {
   const char *method;
   bool old;    /* HTTP/1.0 */
   size_t size; /* bytes of request line and fields */
+  bool broken; /* fields are not all that came, or have names that are none: seam.h */
   const char *id, *host, *length, *coding, *accept;
   int hosts, lengths, codings; /* occurrences */
   char room[1024];             /* where `accept` may stand */

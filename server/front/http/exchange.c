@@ -9,6 +9,8 @@
 #include <sys/random.h>
 #include <unistd.h>
 
+#include "model_error.h"
+
 exchange *exchange_new(const char *target) {
   exchange *x = calloc(1, sizeof *x);
   if (x == NULL) return NULL;
@@ -182,9 +184,10 @@ void exchange_stream(exchange *x, int status, const char *type, exchange_source 
 }
 
 void exchange_problem(exchange *x, const problem *p) {
-  const char *type = media_type(x->plain_problem ? MEDIA_JSON : MEDIA_PROBLEM);
+  const char *type = media_type(x->plain_problem || x->model_error ? MEDIA_JSON : MEDIA_PROBLEM);
   size_t size = 0;
-  char *bytes = problem_bytes(p, &size);
+  char *bytes = x->model_error ? model_error_bytes(model_error_type(p->status), p->detail, &size)
+                               : problem_bytes(p, &size);
   if (bytes == NULL) { /* the least that is still a problem */
     exchange_text(x, p->status, type, "{\"type\":\"about:blank\",\"title\":\"Out of memory\"}");
   } else {

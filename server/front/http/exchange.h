@@ -57,6 +57,7 @@ typedef struct exchange {
   int64_t declared;   /* Content-Length; -1 if chunked; 0 without body */
   int64_t body_most;  /* bytes that the body may have */
   bool plain_problem; /* problems as application/json */
+  bool model_error;   /* as errors of UM-Bridge (model_error.h), whatever is accepted */
   double began;       /* loop_now */
   spool body;
   exchange_reply reply;
@@ -109,7 +110,7 @@ void exchange_pack(exchange *x, coding how, void *packed, size_t size);
 /* Bytes that come from a source, which lives until the exchange ends. */
 void exchange_stream(exchange *x, int status, const char *type, exchange_source source);
 
-/* Sets a problem as the reply, in the media type the client takes. */
+/* Sets a problem as the reply, in the form and media type the client takes. */
 void exchange_problem(exchange *x, const problem *p);
 
 /* The same for a problem without errors, in one call. */

@@ -16,6 +16,7 @@
 #include "drain.h"
 #include "ip.h"
 #include "log.h"
+#include "seam.h"
 #include "tls.h"
 
 static const double sweep_seconds = 0.25;  /* how often slow connections are looked for */
@@ -139,11 +140,27 @@ static const char *single_field(const connection *c, const char *name, int *coun
   return g.first;
 }
 
+static enum MHD_Result join_field(void *self, enum MHD_ValueKind kind, const char *name,
+                                  const char *value) {
+  (void)kind;
+  seam_field(self, name, value != NULL ? value : "");
+  return MHD_YES;
+}
+
+/* From 1.0 on the library reads headers as others do. */
+static bool is_broken(const connection *c, const char *method, size_t size) {
+  seam s = {.is_strict = *MHD_get_version() == '0'};
+  MHD_get_connection_values(c->mhd, MHD_HEADER_KIND, join_field, &s);
+  if (size > 0) seam_end(&s, method + size);
+  return s.is_broken;
+}
+
 static void read_head(const connection *c, const char *method, const char *version, head *out) {
   const union MHD_ConnectionInfo *size =
       MHD_get_connection_info(c->mhd, MHD_CONNECTION_INFO_REQUEST_HEADER_SIZE);
   int ignored;
   *out = (head){.method = method, .size = size != NULL ? size->header_size : 0};
+  out->broken = is_broken(c, method, out->size);
   out->old = strcmp(version, "HTTP/1.0") == 0;
   out->id = single_field(c, "X-Request-Id", &ignored);
   out->host = single_field(c, "Host", &out->hosts);
@@ -312,6 +329,7 @@ static enum MHD_Result on_header(connection *c, const char *method, const char *
   const http *h = c->http;
   head facts;
   read_head(c, method, version, &facts);
+  if (exchange_find_path(c->x)) h->handler.look(h->handler.self, c->x);
   if (admit(c->x, &facts, h->set, &h->place)) h->handler.begin(h->handler.self, c->x);
   c->state = BODY;
   c->heard = loop_now();
@@ -323,10 +341,12 @@ static enum MHD_Result on_header(connection *c, const char *method, const char *
 static enum MHD_Result on_body(connection *c, const char *bytes, size_t *size) {
   const parameters *set = c->http->set;
   exchange *x = c->x;
+  /* One that will be large goes to its file at once, so that it need not be moved later. */
+  const int64_t memory = x->declared > set->spool_bytes ? 0 : set->spool_bytes;
   c->heard = loop_now();
   if (x->body.size + (int64_t)*size > x->body_most) {
     exchange_refuse(x, 413, "body: got more than %lld bytes (body-bytes)", (long long)x->body_most);
-  } else if (!spool_add(&x->body, bytes, *size, set->spool_bytes, set->data_dir)) {
+  } else if (!spool_add(&x->body, bytes, *size, memory, set->data_dir)) {
     log_say(LOG_ERROR, "spool", "cannot keep a body: %s", strerror(errno));
     exchange_refuse(x, 507, "body: no room to keep it");
   } else {
@@ -341,6 +361,10 @@ static enum MHD_Result on_request(connection *c) {
   exchange *x = c->x;
   const bool vain = c->vanished && (c->state == PENDING || x->has_body);
   if (x->reply.status == 0 && vain) return MHD_NO; /* no work for a client that has gone */
+  if (x->reply.status == 0 && !spool_seal(&x->body)) {
+    log_say(LOG_ERROR, "spool", "cannot close a body: %s", strerror(errno));
+    exchange_refuse(x, 503, "body: it cannot be read again now");
+  }
   if (x->reply.status == 0) c->http->handler.serve(c->http->handler.self, x);
   if (x->reply.status != 0) return send_reply(c);
   suspend(c);

@@ -19,6 +19,8 @@ typedef struct http http;
 
 typedef struct {
   void *self;
+  /* The path is known: sets how refusals are told. */
+  void (*look)(void *self, exchange *x);
   /* The header is there. Sets a reply to refuse the request, else the body follows. */
   void (*begin)(void *self, exchange *x);
   /* The body is there too. Sets a reply, or leaves that for later: then calls http_deliver. */

@@ -53,6 +53,15 @@ void site_serve(exchange *x, const char *name, const char *type) {
   negotiate_coding(x);
 }
 
+void site_serve_page(exchange *x, const char *name) {
+  exchange_add(x, "Content-Security-Policy",
+               "default-src 'none'; style-src 'unsafe-inline'; img-src data:; base-uri 'none'; "
+               "form-action 'none'; frame-ancestors 'self'");
+  exchange_add(x, "X-Content-Type-Options", "nosniff");
+  exchange_add(x, "Referrer-Policy", "no-referrer");
+  site_serve(x, name, "text/html; charset=utf-8");
+}
+
 void site_processes(exchange *x, int64_t limit) {
   char name[64];
   snprintf(name, sizeof name, "processes-%lld.json", (long long)limit);

@@ -9,6 +9,9 @@
 /* Replies with document `name` as `type`; 404 if there is none. */
 void site_serve(exchange *x, const char *name, const char *type);
 
+/* The same with a page, which may load nothing and stand in nobody else's frame. */
+void site_serve_page(exchange *x, const char *name);
+
 /* The first `limit` processes. */
 void site_processes(exchange *x, int64_t limit);
 

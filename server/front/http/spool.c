@@ -4,9 +4,10 @@
 #include <fcntl.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <sys/mman.h>
 #include <sys/sendfile.h>
 #include <unistd.h>
+
+#include "memory_file.h"
 
 static bool write_all(int fd, const char *bytes, size_t size) {
   while (size > 0) {
@@ -50,10 +51,32 @@ bool spool_add(spool *s, const void *bytes, size_t size, int64_t memory, const c
   if (!s->on_disk && s->size + (int64_t)size > memory) {
     if (!move_to_disk(s, directory)) return false;
   }
-  if (s->fd < 0) s->fd = memfd_create("body", MFD_CLOEXEC);
+  if (s->fd < 0) s->fd = memory_file("body");
   if (s->fd < 0 || !write_all(s->fd, bytes, size)) return false;
   s->size += (int64_t)size;
   return true;
+}
+
+int spool_take(spool *s) {
+  const int fd = s->fd;
+  s->fd = -1;
+  return fd;
+}
+
+/* The same file, without the right to write. */
+static bool reopen(spool *s) {
+  char path[32];
+  snprintf(path, sizeof path, "/proc/self/fd/%d", s->fd);
+  const int fd = open(path, O_RDONLY | O_CLOEXEC);
+  if (fd < 0) return false;
+  close(s->fd);
+  s->fd = fd;
+  return true;
+}
+
+bool spool_seal(spool *s) {
+  if (s->fd < 0) return true;
+  return s->on_disk ? reopen(s) : memory_file_seal(s->fd);
 }
 
 void spool_close(spool *s) {

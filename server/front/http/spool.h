@@ -23,6 +23,13 @@ typedef struct {
  * errno (ENOSPC, EMFILE, ...). */
 bool spool_add(spool *s, const void *bytes, size_t size, int64_t memory, const char *directory);
 
+/* Its descriptor, from now on the caller's; -1 if it is empty. The size is still known. */
+int spool_take(spool *s);
+
+/* The spool is whole: from here on nobody who gets its descriptor can change it or let it grow.
+ * False with errno. */
+bool spool_seal(spool *s);
+
 void spool_close(spool *s);
 
 #endif

@@ -10,6 +10,8 @@
 #include "job_status.h"
 #include "negotiate.h"
 
+enum { retry_seconds = 10 }; /* until one more may be tried */
+
 typedef struct stream stream;
 struct stream {
   stream *next, **at;
@@ -213,17 +215,37 @@ static void start(const service *s, exchange *x, const job_view *view) {
   exchange_stream(x, 200, "text/event-stream", (exchange_source){t, read_stream});
 }
 
+static int64_t streams_of(const streams *all, const char *owner) {
+  int64_t count = 0;
+  for (const stream *t = all->first; t != NULL; t = t->next) count += !strcmp(t->x->owner, owner);
+  return count;
+}
+
+/* First what its token may have: more than that is not to be had by waiting for others. */
+static bool has_room(const streams *all, exchange *x) {
+  const bool is_limited = x->most.streams < INT64_MAX;
+  const int64_t own = is_limited ? streams_of(all, x->owner) : 0;
+  if (is_limited && own >= x->most.streams) {
+    exchange_add(x, "Retry-After", "%d", retry_seconds);
+    exchange_refuse(x, 429,
+                    "%lld event streams are open, one more would be above %lld (limit: streams of "
+                    "the token)",
+                    (long long)own, (long long)x->most.streams);
+    return false;
+  }
+  if (!all->stopped && all->count < all->set->streams) return true;
+  exchange_add(x, "Retry-After", "%d", retry_seconds);
+  exchange_refuse(x, 503, "%lld event streams are open (limit: streams)", (long long)all->count);
+  return false;
+}
+
 void events_serve(const service *s, exchange *x) {
   const char *const offers[] = {"text/event-stream"};
   job_view view;
   if (!job_of_route(s, x, &view) || negotiate(x, offers, 1) < 0) return;
   if (view.active == NULL && last_known(x) >= job_event_last(&view.row)) {
     exchange_text(x, 204, "", "");
-  } else if (s->streams->stopped || s->streams->count >= s->set->streams) {
-    exchange_add(x, "Retry-After", "10");
-    exchange_refuse(x, 503, "%lld event streams are open (limit: streams)",
-                    (long long)s->streams->count);
-  } else {
+  } else if (has_room(s->streams, x)) {
     start(s, x, &view);
   }
 }

@@ -41,6 +41,7 @@ job *job_new(jobs *j, const job_row *row) {
 }
 
 void job_free(job *c) {
+  job_files_forget(c);
   tdelete(c, &c->all->by_id, by_id);
   (void)count(c, -1);
   while (c->watches != NULL) job_watch_off(c->watches);
@@ -277,9 +278,9 @@ static bool make_id(char id[JOB_ID]) {
   return true;
 }
 
-static store_result result_of_errno(void) {
-  if (errno == EHOSTDOWN) return STORE_DOWN;
-  return errno == ENOSPC || errno == EDQUOT ? STORE_FULL : STORE_FAILED;
+static store_result result_of_errno(int error) {
+  if (error == EHOSTDOWN) return STORE_DOWN;
+  return error == ENOSPC || error == EDQUOT ? STORE_FULL : STORE_FAILED;
 }
 
 /* A new job as the order has it. */
@@ -339,27 +340,51 @@ static bool add_parts(job *c, const job_part *parts) {
   return true;
 }
 
-store_result jobs_add(jobs *j, const job_order *order) {
-  job *c = job_of_order(j, order);
-  if (c == NULL) return STORE_FAILED;
-  store_result result = STORE_FAILED;
-  if (!add_parts(c, order->parts)) goto failed;
-  if (!job_files_keep(c, JOB_REQUEST, order->body, (size_t)c->row.size)) {
-    result = result_of_errno();
-    goto failed;
+static int places(const job *c) {
+  return c->row.parts > 0 ? c->row.parts : 1;
+}
+
+/* While a large request was being kept, an equal one may have come and gone the same way. A shared
+ * store finds that out itself. */
+static bool is_key_taken(const job *c) {
+  jobs *j = c->all;
+  job_row other;
+  char digest[JOB_DIGEST];
+  if (*c->extra->key == '\0' || c->row.size < j->set->aside_bytes) return false;
+  return store_by_key(jobs_store(j), c->row.submitter, c->extra->key, &other, digest) == STORE_OK;
+}
+
+/* Its request is kept. */
+static void accept_job(job *c, int error) {
+  jobs_hold(c->all, -places(c));
+  if (error != 0 || is_key_taken(c)) {
+    job_refuse(c, error != 0 ? result_of_errno(error) : STORE_TAKEN);
+    return;
+  }
+  c->row.created = c->row.updated = unix_now(); /* which may have been set since */
+  for (job *part = c->parts; part != NULL; part = part->sibling) {
+    part->row.created = part->row.updated = c->row.created;
   }
   job_save(c);
-  return STORE_OK;
-failed:
-  free_with_parts(c);
-  return result;
+}
+
+store_result jobs_add(jobs *j, const job_order *order) {
+  job *c = job_of_order(j, order);
+  if (c != NULL && add_parts(c, order->parts)) {
+    jobs_hold(j, places(c));
+    job_files_keep(c, JOB_REQUEST, order->body, (size_t)c->row.size, accept_job);
+    return STORE_OK;
+  }
+  if (c != NULL) free_with_parts(c);
+  if (order->body >= 0) close(order->body);
+  return STORE_FAILED;
 }
 
 store_result jobs_add_answered(jobs *j, const job_order *order, const job_row *other) {
   job *c = job_of_order(j, order);
   if (c == NULL) return STORE_FAILED;
   if (!job_files_copy(c, other)) {
-    const store_result result = result_of_errno();
+    const store_result result = result_of_errno(errno);
     job_free(c);
     return result;
   }
@@ -375,6 +400,7 @@ void jobs_forget(jobs *j, void *self) {
   for (job *c = j->changed; c != NULL; c = c->next_changed) {
     if (c->stored_self == self) c->stored = NULL;
   }
+  job_files_orphan(j, self);
 }
 
 /* ---- Dismissing ---- */

@@ -8,6 +8,7 @@
 #define SCATTERD_JOB_H
 
 #include "allowance.h"
+#include "clerk.h"
 #include "executor.h"
 #include "job_row.h"
 #include "loop.h"
@@ -20,9 +21,10 @@ typedef struct job job; /* one that is not over; job_inner.h */
 
 /* Takes up what the last daemon left: what was running waits again, or has failed if it was tried
  * often enough. NULL with *why. */
-jobs *jobs_new(loop *l, const parameters *set, pool *p, executor *x, store *s, fault *why);
+jobs *jobs_new(loop *l, const parameters *set, pool *p, executor *x, store *s, clerk *k,
+               fault *why);
 
-/* After pool_stop and executor_stop: stores what is to be stored. */
+/* After pool_stop, executor_stop and clerk_finish: stores what is to be stored. */
 void jobs_free(jobs **j);
 
 /* ---- Accepting ---- */
@@ -36,21 +38,22 @@ typedef struct {
 typedef struct {
   job_row row;            /* process to estimate, reusable; the rest is filled in */
   const job_extra *extra; /* copied */
-  int body;               /* descriptor of the request, or of the requests of the parts */
+  int body;               /* descriptor of the request, or of the requests of the parts; taken */
   const job_part *parts;  /* of a batch; copied */
-  /* Called from the loop once it is stored, or could not be. */
+  /* Called once it is stored, from the loop, or could not be. */
   void (*stored)(void *self, const job_row *row, store_result result);
   void *self;
 } job_order;
 
-/* Accepts a job: STORE_OK when `stored` will be called, else what went wrong. Writes the file of
- * the request (two fsyncs); the row comes with the others of this round. */
+/* Accepts a job: STORE_OK when `stored` will be called, or has been, else what went wrong. Has the
+ * file of the request written (two fsyncs, aside if it is large: clerk.h), during which it has its
+ * place in the queue and its bytes count; the row comes then with the others of that round. */
 store_result jobs_add(jobs *j, const job_order *order);
 
 /* Nobody waits for `stored` of `self` any more. */
 void jobs_forget(jobs *j, void *self);
 
-/* Accepts a job that has the result of another one. */
+/* Accepts a job that has the result of another one; its body is not taken. */
 store_result jobs_add_answered(jobs *j, const job_order *order, const job_row *other);
 
 /* How many more may wait; how long until there may be room, in seconds. */

@@ -6,6 +6,7 @@
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -14,6 +15,19 @@
 #include "keep.h"
 
 enum { SMALL = 16384 };
+
+struct job_filing {
+  job_filing *next, **link;
+  jobs *all;
+  job *job; /* NULL: nobody wants it any more */
+  job_file kind;
+  int at, fd;
+  size_t size;
+  char name[64];
+  int error;
+  job_kept *kept;
+  clerk_task task;
+};
 
 static const char *const kinds[JOB_FILES] = {
     [JOB_REQUEST] = "request", [JOB_CHECKPOINT] = "checkpoint", [JOB_RESULT] = "result"};
@@ -34,12 +48,7 @@ static bool write_checkpoint(job *c, int fd, size_t size) {
 
 /* A large one of a shared store is written with the row; a checkpoint, which no row tells of, now.
  */
-static bool keep_large(job *c, job_file kind, int fd, size_t size) {
-  char name[64];
-  if (!store_is_shared(c->all->store)) {
-    name_file(&c->row, kind, name);
-    return keep_file(store_files(c->all->store), name, fd, size);
-  }
+static bool keep_shared(job *c, job_file kind, int fd, size_t size) {
   if (kind == JOB_CHECKPOINT) return write_checkpoint(c, fd, size);
   const int own = fcntl(fd, F_DUPFD_CLOEXEC, 3);
   if (own < 0) return false;
@@ -48,26 +57,7 @@ static bool keep_large(job *c, job_file kind, int fd, size_t size) {
   return true;
 }
 
-static int64_t count(void *self, const char *owner) {
-  return store_job_bytes(self, owner);
-}
-
-/* Within job-bytes, and within what its submitter may have. */
-static bool has_room(job *c, int64_t size) {
-  jobs *j = c->all;
-  allowance_counter all = {count, j->store, ""}, own = {count, j->store, c->row.submitter};
-  if (j->owners.keep != NULL && !j->owners.keep(j->owners.self, c->row.submitter, size, &own)) {
-    return false;
-  }
-  return allowance_take(&j->bytes, size, j->set->job_bytes, loop_now(), &all);
-}
-
-bool job_files_keep(job *c, job_file kind, int fd, size_t size) {
-  if (kind != JOB_CHECKPOINT && !has_room(c, (int64_t)size)) {
-    errno = EDQUOT;
-    return false;
-  }
-  if (size > SMALL || kind == JOB_CHECKPOINT) return keep_large(c, kind, fd, size);
+static bool keep_small(job *c, job_file kind, int fd, size_t size) {
   job_small *small = &c->small[kind];
   free(small->bytes);
   *small = (job_small){malloc(size + 1), size};
@@ -80,13 +70,131 @@ bool job_files_keep(job *c, job_file kind, int fd, size_t size) {
   return false;
 }
 
+/* ---- Quotas ---- */
+
+/* With what is being written; -1 when that cannot be known now. */
+static int64_t count(void *self, const char *owner) {
+  const jobs *j = self;
+  int64_t bytes = store_job_bytes(j->store, owner);
+  if (bytes < 0) return -1;
+  for (const job_filing *f = j->filings; f != NULL; f = f->next) {
+    const bool counts = f->job != NULL && f->kind != JOB_CHECKPOINT &&
+                        (*owner == '\0' || strcmp(owner, f->job->row.submitter) == 0);
+    if (counts) bytes += (int64_t)f->size;
+  }
+  return bytes;
+}
+
+/* Within job-bytes, and within what its submitter may have. */
+static bool has_room(job *c, int64_t size) {
+  jobs *j = c->all;
+  allowance_counter all = {count, j, ""}, own = {count, j, c->row.submitter};
+  if (j->owners.keep != NULL && !j->owners.keep(j->owners.self, c->row.submitter, size, &own)) {
+    return false;
+  }
+  return allowance_take(&j->bytes, size, j->set->job_bytes, loop_now(), &all);
+}
+
+/* ---- Files ---- */
+
+/* In the thread. A large memory file takes a while to close, too. */
+static void write_file(void *self) {
+  job_filing *f = self;
+  f->error = keep_file(f->at, f->name, f->fd, f->size) ? 0 : errno;
+  if (f->fd >= 0) close(f->fd);
+  f->fd = -1;
+}
+
+static void free_filing(job_filing *f) {
+  *f->link = f->next;
+  if (f->next != NULL) f->next->link = f->link;
+  clerk_close(f->all->clerk, f->fd);
+  free(f);
+}
+
+static void written(void *self) {
+  job_filing *f = self;
+  job *c = f->job;
+  job_kept *kept = f->kept;
+  const int error = f->error;
+  if (c == NULL && error == 0) clerk_drop(f->all->clerk, f->at, f->name);
+  if (c != NULL) c->filing[f->kind] = NULL;
+  free_filing(f);
+  if (c != NULL) kept(c, error);
+}
+
+static bool begin_file(job *c, job_file kind, int fd, size_t size, job_kept *kept) {
+  jobs *j = c->all;
+  job_filing *f = calloc(1, sizeof *f);
+  if (f == NULL) return false;
+  *f = (job_filing){.next = j->filings,
+                    .link = &j->filings,
+                    .all = j,
+                    .job = c,
+                    .kind = kind,
+                    .at = store_files(j->store),
+                    .fd = fd,
+                    .size = size,
+                    .kept = kept,
+                    .task = {write_file, written, f, NULL}};
+  name_file(&c->row, kind, f->name);
+  if (f->next != NULL) f->next->link = &f->next;
+  c->filing[kind] = j->filings = f;
+  clerk_do(j->clerk, &f->task, (int64_t)size);
+  return true;
+}
+
+static void forget(job_filing *f) {
+  if (f == NULL) return;
+  f->job->filing[f->kind] = NULL;
+  f->job = NULL;
+  if (clerk_take_back(f->all->clerk, &f->task)) free_filing(f);
+}
+
+void job_files_forget(job *c) {
+  for (int k = 0; k < JOB_FILES; k++) forget(c->filing[k]);
+}
+
+void job_files_orphan(jobs *j, void *self) {
+  for (const job_filing *f = j->filings; f != NULL; f = f->next) {
+    if (f->job != NULL && f->job->stored_self == self) f->job->stored = NULL;
+  }
+}
+
+/* ---- Either ---- */
+
+static bool is_for_row(job_file kind, size_t size) {
+  return size <= SMALL && kind != JOB_CHECKPOINT;
+}
+
+static bool keep_in_store(job *c, job_file kind, int fd, size_t size) {
+  return is_for_row(kind, size) ? keep_small(c, kind, fd, size) : keep_shared(c, kind, fd, size);
+}
+
+void job_files_keep(job *c, job_file kind, int fd, size_t size, job_kept *kept) {
+  const bool is_file = !is_for_row(kind, size) && !store_is_shared(c->all->store);
+  bool good = kind == JOB_CHECKPOINT || has_room(c, (int64_t)size);
+  if (!good) errno = EDQUOT;
+  if (good && is_file && begin_file(c, kind, fd, size, kept)) return;
+  if (good) good = !is_file && keep_in_store(c, kind, fd, size);
+  const int error = good ? 0 : errno;
+  if (fd >= 0) close(fd);
+  kept(c, error);
+}
+
+static bool copy_within_store(job *c, int fd, size_t size) {
+  if (has_room(c, (int64_t)size)) return keep_in_store(c, JOB_RESULT, fd, size);
+  errno = EDQUOT;
+  return false;
+}
+
 bool job_files_copy(job *c, const job_row *from) {
   const int fd = job_files_open(c->all, from, JOB_RESULT);
   if (fd < 0) return false;
   char name[64], other[64];
   bool good;
   if (from->result_size <= SMALL || store_is_shared(c->all->store)) {
-    good = job_files_keep(c, JOB_RESULT, fd, (size_t)from->result_size);
+    good = copy_within_store(c, fd, (size_t)from->result_size);
   } else {
     name_file(from, JOB_RESULT, name);
     name_file(&c->row, JOB_RESULT, other);
@@ -166,7 +274,7 @@ void job_files_drop(jobs *j, const job_row *row, bool result) {
     if (k == JOB_RESULT && (!result || row->result_size <= SMALL)) continue;
     if (k == JOB_REQUEST && (row->parent != 0 || row->size <= SMALL)) continue;
     name_file(row, (job_file)k, name);
-    keep_drop(store_files(j->store), name);
+    clerk_drop(j->clerk, store_files(j->store), name);
   }
   if (!result || row->parts == 0 || row->number == 0) return;
   store_filter parts = {.states = ~0u,

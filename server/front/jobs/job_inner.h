@@ -26,6 +26,8 @@ typedef struct {
   size_t size;
 } job_large;
 
+typedef struct job_filing job_filing; /* a file that is being written, of job_files.c */
+
 /* What is to be said of a change that another one overtook before it was stored. */
 typedef struct job_note {
   struct job_note *next;
@@ -43,6 +45,8 @@ struct job {
   int body, checkpoint; /* descriptors while it runs */
   double seconds;       /* that its run may take */
   double fraction;      /* of the work, never falls within a run */
+  double took;          /* seconds of the run whose result is being kept */
+  bool ends;            /* that is so: it counts as running */
   /* batch */
   job *batch;           /* the job it is part of */
   job *parts, *sibling; /* its parts before they are stored */
@@ -55,7 +59,8 @@ struct job {
   job_note *overtaken;
   job_small small[JOB_FILES];
   job_large large[JOB_FILES]; /* if the store takes them */
-  char *problem;              /* of a failed one */
+  job_filing *filing[JOB_FILES];
+  char *problem; /* of a failed one */
   size_t problem_size;
   void (*stored)(void *self, const job_row *row, store_result result);
   void *stored_self;
@@ -93,7 +98,9 @@ struct jobs {
   double mean;  /* seconds of a run, weighted towards the recent ones */
   bool stopped;
   job_counts counts;
-  allowance bytes; /* of requests and results */
+  clerk *clerk;
+  job_filing *filings; /* what is being written, wanted or not */
+  allowance bytes;     /* of requests and results */
   void (*told)(void *self);
   void *told_self;
   job_owners owners;
@@ -110,11 +117,17 @@ void job_tell(job *c, job_event_kind kind); /* an event, and everybody who watch
 job_view job_look(const job *c);
 
 /* job_files.c */
-bool job_files_keep(job *c, job_file kind, int fd, size_t size); /* false with errno */
-bool job_files_copy(job *c, const job_row *from);                /* the result; false with errno */
-int job_files_open(jobs *j, const job_row *row, job_file kind);  /* -1 with errno */
-store_result job_files_write(job *c);                            /* within a transaction */
-void job_files_clear(job *c);                                    /* what is written */
+/* Keeps the first `size` bytes of fd, which it takes; then calls `kept` with 0 or an errno: at
+ * once, or from the loop when a large file is written (clerk.h), if the job has not forgotten it.
+ */
+typedef void job_kept(job *c, int error);
+void job_files_keep(job *c, job_file kind, int fd, size_t size, job_kept *kept);
+void job_files_forget(job *c);              /* what is being kept: no file will be left of it */
+void job_files_orphan(jobs *j, void *self); /* nobody waits for the jobs of `self` to be stored */
+bool job_files_copy(job *c, const job_row *from);               /* the result; false with errno */
+int job_files_open(jobs *j, const job_row *row, job_file kind); /* -1 with errno */
+store_result job_files_write(job *c);                           /* within a transaction */
+void job_files_clear(job *c);                                   /* what is written */
 /* Forgets request and checkpoint, and the result with those of the parts. */
 void job_files_drop(jobs *j, const job_row *row, bool result);
 
@@ -122,6 +135,7 @@ void job_files_drop(jobs *j, const job_row *row, bool result);
 void job_save(job *c);     /* at the end of this round */
 void job_overtake(job *c); /* keeps what is to be said of a change that is not stored yet */
 void job_clear_overtaken(job *c);
+void job_refuse(job *c, store_result result); /* a new one, which cannot be stored; it is freed */
 void jobs_flush(jobs *j);
 
 /* job_run.c */

@@ -180,11 +180,17 @@ static int64_t budget_of(const parameters *set) {
   return (int64_t)sysconf(_SC_PHYS_PAGES) / 4 * 3 * sysconf(_SC_PAGESIZE);
 }
 
-jobs *jobs_new(loop *l, const parameters *set, pool *p, executor *x, store *s, fault *why) {
+jobs *jobs_new(loop *l, const parameters *set, pool *p, executor *x, store *s, clerk *k,
+               fault *why) {
   jobs *j = calloc(1, sizeof *j);
   if (j == NULL) goto failed;
-  *j =
-      (jobs){.loop = l, .set = set, .pool = p, .executor = x, .store = s, .queue = job_queue_new()};
+  *j = (jobs){.loop = l,
+              .set = set,
+              .pool = p,
+              .executor = x,
+              .store = s,
+              .clerk = k,
+              .queue = job_queue_new()};
   j->last_changed = &j->changed;
   j->expiry = j->pause = INFINITY;
   j->budget = budget_of(set);

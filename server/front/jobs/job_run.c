@@ -72,11 +72,18 @@ static void retreat(job *c) {
   c->row.progress = 0;
 }
 
+static void checkpoint_kept(job *c, int error) {
+  if (error == 0) return;
+  log_say(LOG_ERROR, "job", "%s: its checkpoint cannot be kept: %s", c->row.id, strerror(error));
+}
+
+/* One that comes before the last one is written is left out: another will follow. */
 static void keep_checkpoint(job *c, const ipc_news *news, int fd) {
-  if (!job_files_keep(c, JOB_CHECKPOINT, fd, (size_t)news->size)) {
-    log_say(LOG_ERROR, "job", "%s: its checkpoint cannot be kept: %s", c->row.id, strerror(errno));
+  if (c->filing[JOB_CHECKPOINT] != NULL) {
+    clerk_close(c->all->clerk, fd);
+    return;
   }
-  close(fd);
+  job_files_keep(c, JOB_CHECKPOINT, fd, (size_t)news->size, checkpoint_kept);
 }
 
 /* Said once it runs; an executor may have had it for some time. */
@@ -193,20 +200,44 @@ static void end_unkept(job *c, int error) {
   job_fail(c, full ? 507 : 500, "the result cannot be kept: %s", strerror(error));
 }
 
+/* Until its result is kept it counts as running, with its memory, where the result may be. */
+static void count_end(job *c, bool ends) {
+  jobs *j = c->all;
+  c->ends = ends;
+  j->counts.running += ends ? 1 : -1;
+  j->counts.memory += ends ? c->row.estimate : -c->row.estimate;
+}
+
+static void result_kept(job *c, int error) {
+  count_end(c, false);
+  if (error == 0) {
+    c->row.progress = 100;
+    job_become(c, JOB_SUCCESSFUL, "done in %.3g s", c->took);
+    return;
+  }
+  c->row.result_size = 0;
+  end_unkept(c, error);
+}
+
+static void keep_result(job *c, const pool_outcome *o) {
+  c->row.result_size = (int64_t)o->size;
+  c->row.result_coding = (int)o->coding;
+  c->row.points = o->points;
+  c->took = o->seconds;
+  count_end(c, true);
+  job_files_keep(c, JOB_RESULT, o->fd, o->size, result_kept);
+}
+
 static void end_replied(job *c, const pool_outcome *o) {
+  if (o->status == 200) {
+    keep_result(c, o);
+    return;
+  }
   const bool unheard = o->status == 503; /* a value by reference could not be had now */
   if (unheard && wait_again(c, "a value by reference could not be had")) {
     log_say(LOG_INFO, "retry", "job %s", c->row.id);
-  } else if (o->status != 200) {
-    end_refused(c, o);
-  } else if (!job_files_keep(c, JOB_RESULT, o->fd, o->size)) {
-    end_unkept(c, errno);
   } else {
-    c->row.result_size = (int64_t)o->size;
-    c->row.result_coding = (int)o->coding;
-    c->row.points = o->points;
-    c->row.progress = 100;
-    job_become(c, JOB_SUCCESSFUL, "done in %.3g s", o->seconds);
+    end_refused(c, o);
   }
   if (o->fd >= 0) close(o->fd);
 }
@@ -386,6 +417,8 @@ void job_enqueue(job *c, bool first) {
 
 void job_stop(job *c) {
   job_queue_remove(c->all->queue, &c->node);
+  job_files_forget(c);
+  if (c->ends) count_end(c, false);
   if (c->task == NULL && c->run == NULL) return;
   if (c->task != NULL) pool_cancel(c->all->pool, c->task);
   if (c->run != NULL) executor_cancel(c->run);

@@ -8,6 +8,7 @@
 
 #include "job_shared.h"
 #include "log.h"
+#include "store_shared.h"
 
 static const double retry_seconds = 1;
 
@@ -62,10 +63,39 @@ static store_result note(job *c) {
   return result == STORE_OK ? store_log(s, c->row.number, c->row.updated, text) : result;
 }
 
+/* ---- Limits of submitters ---- */
+
+/* A new job whose submitter has a limit that other daemons may be using up at this moment. */
+static bool is_limited(const job *c) {
+  return c->all->shared != NULL && c->row.number == 0 && c->extra != NULL &&
+         c->extra->jobs_most < INT64_MAX && !job_state_is_final((job_state)c->row.state);
+}
+
+/* The next submitter to be locked after `last`, by name; NULL for no more. */
+static const char *next_limited(const job *first, const char *last) {
+  const char *next = NULL;
+  for (const job *c = first; c != NULL; c = c->next_changed) {
+    const char *name = c->row.submitter;
+    const bool follows = is_limited(c) && strcmp(name, last) > 0;
+    if (follows && (next == NULL || strcmp(name, next) < 0)) next = name;
+  }
+  return next;
+}
+
+static store_result lock_limited(store *s, const job *first) {
+  store_result result = STORE_OK;
+  const char *name = "";
+  while (result == STORE_OK && (name = next_limited(first, name)) != NULL) {
+    result = store_lock_jobs(s, name);
+  }
+  return result;
+}
+
 /* ---- Writing ---- */
 
 static store_result add_new(job *c) {
   static const job_extra none;
+  if (is_limited(c) && !job_shared_may_add(c)) return STORE_LIMIT;
   store_result result = store_add(c->all->store, &c->row, c->extra != NULL ? c->extra : &none);
   for (job *part = c->parts; part != NULL && result == STORE_OK; part = part->sibling) {
     part->row.parent = c->row.number;
@@ -113,6 +143,7 @@ static void unnumber(job *c) {
 
 static store_result write_all(store *s, job *first) {
   store_result result = store_begin(s);
+  if (result == STORE_OK) result = lock_limited(s, first);
   for (job *c = first; c != NULL && result == STORE_OK; c = c->next_changed) result = write_job(c);
   if (result == STORE_OK && first->all->shared != NULL) {
     result = job_shared_tell(first->all->shared, first);
@@ -181,7 +212,7 @@ static void settle(job *c) {
   if (j->shared != NULL) job_shared_settle(c);
 }
 
-static void refuse(job *c, store_result result) {
+void job_refuse(job *c, store_result result) {
   job_files_drop(c->all, &c->row, true);
   while (c->parts != NULL) {
     job *part = c->parts;
@@ -197,7 +228,7 @@ static void keep_trying(job *c, store_result result) {
   jobs *j = c->all;
   c->changed = false;
   if (c->extra != NULL) {
-    refuse(c, result);
+    job_refuse(c, result);
     return;
   }
   if (j->retry <= 0) log_say(LOG_ERROR, "store", "job %s cannot be stored, trying on", c->row.id);

@@ -60,6 +60,11 @@ store_result job_shared_tell(job_shared *h, const job *first) {
   return result == STORE_OK ? send_notice(h, &n) : result;
 }
 
+bool job_shared_may_add(const job *c) {
+  const int64_t more = c->row.parts > 0 ? c->row.parts : 1;
+  return store_active_of(c->all->store, c->row.submitter) + more <= c->extra->jobs_most;
+}
+
 void job_shared_settle(job *c) {
   job *batch = c->batch;
   if (batch != NULL && batch->elsewhere && batch->watches != NULL) job_read_again(batch);
@@ -240,17 +245,30 @@ static void look_at_held(job_shared *h) {
 
 /* ---- Living ---- */
 
+/* The database's clock has moved by more than ours since the last beat: what the others beat does
+ * not count until they have beaten again. */
+static void note_step(job_shared *h, double by) {
+  const double lease = h->all->set->lease_seconds;
+  if (fabs(by) < lease / beats) return;
+  h->burial = loop_now() + lease;
+  log_say(LOG_INFO, "clock", "the database's clock was set by %.0f s, or this machine slept", by);
+}
+
 static void beat(job_shared *h) {
   double now = 0;
   const double before = unix_now();
   if (loop_now() < h->beat || store_beat(h->all->store, h->id, &now) != STORE_OK) return;
   h->beat = loop_now() + h->all->set->lease_seconds / beats;
-  unix_move(now - (before + unix_now()) / 2);
+  note_step(h, unix_tune(now, before));
 }
 
+/* With a fresh beat, which knows of a step of the clock. */
 static void bury(job_shared *h) {
   const double lease = h->all->set->lease_seconds;
   if (loop_now() < h->burial) return;
+  h->beat = 0;
+  beat(h);
+  if (h->beat <= 0 || loop_now() < h->burial) return;
   h->burial = loop_now() + lease / burials;
   (void)store_bury(h->all->store, h->id, lease);
 }

@@ -39,6 +39,9 @@ bool job_shared_take(job_shared *h);
 
 /* ---- Storing ---- */
 
+/* May its submitter have a new job, with all that other daemons have added by now? */
+bool job_shared_may_add(const job *c);
+
 /* Sets the holder that a job is to be stored with. */
 void job_shared_mark(job *c);
 

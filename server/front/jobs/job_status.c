@@ -183,7 +183,8 @@ void job_refuse_store(exchange *x, store_result why) {
     exchange_refuse(
         x, 507,
         "the disk of the service, or what may be used of it, is full (job-bytes, data-bytes)");
-  } else if (why == STORE_DOWN || why == STORE_TAKEN) { /* taken by what has gone since */
+  } else if (why == STORE_DOWN || why == STORE_BUSY ||
+             why == STORE_TAKEN) { /* taken by what has gone since */
     exchange_add(x, "Retry-After", "5");
     exchange_refuse(x, 503, "the database of the service does not answer, or has no memory now");
   } else {

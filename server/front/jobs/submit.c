@@ -16,12 +16,26 @@
 #include "rendering.h"
 #include "submitter.h"
 
+/* The digest of a body, being taken. */
+typedef struct {
+  submission *wanted; /* NULL: its exchange has ended */
+  char label[128];
+  int fd; /* the body's, given back */
+  size_t size;
+  char digest[DIGEST_TEXT];
+  bool good;
+  clerk *clerk;
+  clerk_task task;
+} reading;
+
 struct submission {
   const service *service;
   exchange *x;
   prefer prefer;
   ipc_ask ask;
   job_extra extra;
+  reading *reading;     /* first */
+  bool sleeps;          /* its connection: a reply must be delivered */
   pool_task *task;      /* the check */
   bool holds;           /* a place in the queue, during the check */
   wait wait;            /* for the end, with Prefer: wait */
@@ -95,9 +109,15 @@ static void waited(void *self, const job_view *now) {
 
 static bool check_key(submission *b);
 
-/* By way of another daemon a request with the same key may have been a moment faster. */
+/* By way of another daemon a request with the same key, or of the same owner, may have been a
+ * moment faster. */
 static void refuse_stored(submission *b, store_result result) {
-  if (result != STORE_TAKEN || check_key(b)) job_refuse_store(b->x, result);
+  if (result == STORE_TAKEN && !check_key(b)) return;
+  if (result == STORE_LIMIT) {
+    quota_refuse_late(b->service, b->x);
+  } else {
+    job_refuse_store(b->x, result);
+  }
 }
 
 static void stored(void *self, const job_row *row, store_result result) {
@@ -213,7 +233,7 @@ static bool is_pure(const char *process) {
 static job_order order_of(submission *b, const frames *f, const pool_outcome *o) {
   exchange *x = b->x;
   job_order order = {
-      .extra = &b->extra, .body = x->body.fd, .parts = f->parts, .stored = stored, .self = b};
+      .extra = &b->extra, .body = -1, .parts = f->parts, .stored = stored, .self = b};
   job_row *row = &order.row;
   snprintf(row->process, sizeof row->process, "%s", b->ask.process);
   submitter_of(x, row->submitter);
@@ -226,26 +246,31 @@ static job_order order_of(submission *b, const frames *f, const pool_outcome *o)
   row->parts = f->count;
   row->reusable = is_pure(row->process) && !f->external;
   snprintf(b->extra.base, sizeof b->extra.base, "%s", x->base);
-  if (f->count > 0) { /* the frames hold the requests of the parts */
-    order.body = o->fd;
-    row->size = (int64_t)o->size;
-  }
+  b->extra.jobs_most = quota_jobs(b->service, x);
+  if (f->count > 0) row->size = (int64_t)o->size; /* the frames hold the requests of the parts */
   return order;
 }
 
-static store_result place(submission *b, const frames *f, const pool_outcome *o) {
-  const job_order order = order_of(b, f, o);
+static int take(int *fd) {
+  const int taken = *fd;
+  *fd = -1;
+  return taken;
+}
+
+static store_result place(submission *b, const frames *f, pool_outcome *o) {
+  job_order order = order_of(b, f, o);
   job_row other;
   if (find_answer(b, &order, &other) &&
       jobs_add_answered(b->service->jobs, &order, &other) == STORE_OK) {
     return STORE_OK;
   }
+  order.body = f->count > 0 ? take(&o->fd) : spool_take(&b->x->body);
   return jobs_add(b->service->jobs, &order);
 }
 
-/* The request is good: it becomes a job. False when a reply is set, also by an equal request that
- * came first. */
-static bool accept_frames(submission *b, const pool_outcome *o) {
+/* The request is good: it becomes a job, and o->fd -1 if that needs it. False when a reply is set,
+ * also by an equal request that came first. */
+static bool accept_frames(submission *b, pool_outcome *o) {
   frames f;
   bool good = false;
   const bool is_read = frames_read(o->fd, o->size, &f, b->extra.uri);
@@ -276,21 +301,13 @@ static void checked(void *context, const pool_outcome *o) {
     return;
   }
   b->x->points = o->points;
-  const bool good = accept_frames(b, o);
-  if (o->fd >= 0) close(o->fd);
+  pool_outcome mine = *o;
+  const bool good = accept_frames(b, &mine);
+  if (mine.fd >= 0) close(mine.fd);
   if (!good) http_deliver(b->x);
 }
 
 /* ---- The request ---- */
-
-static bool take_digest(submission *b) {
-  char label[128];
-  snprintf(label, sizeof label, "%s %d %d", b->ask.process, (int)b->ask.content,
-           (int)b->ask.content_coding);
-  const bool good = digest_file(label, b->x->body.fd, (size_t)b->x->body.size, b->extra.digest);
-  if (!good) exchange_refuse(b->x, 500, "body: it cannot be read again");
-  return good;
-}
 
 /* The place is held from now on: who finds none is told so at once, not after its check. */
 static bool has_room(submission *b) {
@@ -311,6 +328,53 @@ static void ask_check(submission *b) {
   if (b->task == NULL) outcome_refuse_full(b->x, b->service->pool, b->service->set->queue);
 }
 
+/* In the thread, if it is large. */
+static void take_digest(void *self) {
+  reading *r = self;
+  r->good = digest_file(r->label, r->fd, r->size, r->digest);
+}
+
+/* What comes before the check. */
+static void digested(void *self) {
+  reading *r = self;
+  submission *b = r->wanted;
+  if (b == NULL) {
+    clerk_close(r->clerk, r->fd);
+    free(r);
+    return;
+  }
+  b->reading = NULL;
+  b->x->body.fd = r->fd;
+  memcpy(b->extra.digest, r->digest, sizeof r->digest);
+  if (!r->good) exchange_refuse(b->x, 500, "body: it cannot be read again");
+  if (r->good && check_key(b) && has_room(b) && quota_allows(b->service, b->x, 1)) ask_check(b);
+  free(r);
+  if (b->x->reply.status != 0 && b->sleeps) http_deliver(b->x);
+}
+
+static void read_body(submission *b) {
+  spool *body = &b->x->body;
+  reading *r = b->reading = calloc(1, sizeof *r);
+  if (r == NULL) {
+    refuse_memory(b->x);
+    return;
+  }
+  *r = (reading){
+      .wanted = b, .size = (size_t)body->size, .fd = spool_take(body), .clerk = b->service->clerk};
+  r->task = (clerk_task){take_digest, digested, r, NULL};
+  snprintf(r->label, sizeof r->label, "%s %d %d", b->ask.process, (int)b->ask.content,
+           (int)b->ask.content_coding);
+  clerk_do(r->clerk, &r->task, body->size);
+  b->sleeps = true;
+}
+
+static void forget(submission *b) {
+  reading *r = b->reading;
+  if (r == NULL) return;
+  r->wanted = NULL;
+  if (clerk_take_back(r->clerk, &r->task)) digested(r);
+}
+
 submission *submit_new(const service *s, exchange *x, const prefer *p, const ipc_ask *ask) {
   submission *b = calloc(1, sizeof *b);
   if (b == NULL) {
@@ -321,7 +385,7 @@ submission *submit_new(const service *s, exchange *x, const prefer *p, const ipc
   b->wait.enough = is_over;
   b->wait.over = waited;
   b->wait.self = b;
-  if (take_digest(b) && check_key(b) && has_room(b) && quota_allows(s, x, 1)) ask_check(b);
+  read_body(b);
   if (x->reply.status == 0) return b;
   submit_free(&b);
   return NULL;
@@ -329,6 +393,7 @@ submission *submit_new(const service *s, exchange *x, const prefer *p, const ipc
 
 void submit_free(submission **b) {
   if (*b == NULL) return;
+  forget(*b);
   if ((*b)->task != NULL) pool_cancel((*b)->service->pool, (*b)->task);
   give_back(*b);
   jobs_forget((*b)->service->jobs, *b);

@@ -13,17 +13,18 @@
 #include "media.h"
 #include "outbound.h"
 
-/* A call to another host that a worker waits for. */
-typedef struct remote {
-  struct remote *next, **at;
+/* What a worker waits for: the answer of another host, or that something is kept. */
+typedef struct wish {
+  struct wish *next, **at;
   fetches *owner;
   pool_task *task;
-  outbound_call *call;
-} remote;
+  outbound_call *call; /* NULL: none */
+  data_filing *filing; /* NULL: none */
+} wish;
 
 struct fetches {
   const service *service;
-  remote *first;
+  wish *first;
 };
 
 /* ---- Giving ---- */
@@ -138,10 +139,25 @@ static const char *path_of(const char *href, const char *public_url) {
 
 /* ---- Others ---- */
 
-static void free_remote(remote *r) {
-  if (r->next != NULL) r->next->at = r->at;
-  *r->at = r->next;
-  free(r);
+static wish *wish_new(fetches *f, pool_task *t) {
+  wish *w = calloc(1, sizeof *w);
+  if (w == NULL) return NULL;
+  *w = (wish){.next = f->first, .at = &f->first, .owner = f, .task = t};
+  if (f->first != NULL) f->first->at = &w->next;
+  f->first = w;
+  return w;
+}
+
+static void free_wish(wish *w) {
+  if (w->next != NULL) w->next->at = w->at;
+  *w->at = w->next;
+  free(w);
+}
+
+static void cancel(wish *w) {
+  if (w->call != NULL) outbound_cancel(w->call);
+  data_forget(&w->filing);
+  free_wish(w);
 }
 
 static void give_reply(fetches *f, pool_task *t, const outbound_reply *reply) {
@@ -162,10 +178,10 @@ static void give_reply(fetches *f, pool_task *t, const outbound_reply *reply) {
 }
 
 static void fetched(void *context, const outbound_reply *reply) {
-  remote *r = context;
-  fetches *f = r->owner;
-  pool_task *t = r->task;
-  free_remote(r);
+  wish *w = context;
+  fetches *f = w->owner;
+  pool_task *t = w->task;
+  free_wish(w);
   give_reply(f, t, reply);
   if (reply->fd >= 0) close(reply->fd);
 }
@@ -179,17 +195,10 @@ static void fetch(fetches *f, pool_task *t, const char *url) {
       .seconds = set->fetch_seconds,
       .most = set->fetch_bytes,
       .public_only = !outbound_allows(set->fetch_private, url)};
-  remote *r = calloc(1, sizeof *r);
-  if (r == NULL) {
-    refuse(f, t, 503, "out of memory");
-    return;
-  }
-  *r = (remote){.next = f->first, .at = &f->first, .owner = f, .task = t};
-  if (f->first != NULL) f->first->at = &r->next;
-  f->first = r;
-  r->call = outbound_start(f->service->outbound, &request, fetched, r);
-  if (r->call != NULL) return;
-  free_remote(r);
+  wish *w = wish_new(f, t);
+  if (w != NULL) w->call = outbound_start(f->service->outbound, &request, fetched, w);
+  if (w != NULL && w->call != NULL) return;
+  if (w != NULL) free_wish(w);
   refuse(f, t, 503, "out of memory");
 }
 
@@ -208,14 +217,10 @@ static void find(fetches *f, pool_task *t, const char *href) {
   }
 }
 
-static void keep(fetches *f, pool_task *t, const ipc_news *news, int fd) {
+static void give_kept(fetches *f, pool_task *t, data_result result, const data_row *row) {
   ipc_given given = {.status = 200};
-  data_row row;
-  const data_owner owner = {pool_owner(t), gate_data_bytes(f->service->gate, pool_owner(t))};
-  const data_result result =
-      data_add(f->service->data, owner, news->type, fd, (size_t)news->size, &row);
   if (result == DATA_NEW || result == DATA_KNOWN || result == DATA_OTHER) {
-    snprintf(given.href, sizeof given.href, "/data/%s", row.id);
+    snprintf(given.href, sizeof given.href, "/data/%s", row->id);
     pool_give(f->service->pool, t, &given, -1);
   } else if (result == DATA_DOWN) {
     refuse_down(f, t);
@@ -223,8 +228,34 @@ static void keep(fetches *f, pool_task *t, const ipc_news *news, int fd) {
     refuse(f, t, 500, "cannot be kept; the log knows more");
   } else {
     refuse(f, t, 507, "there is no room for %lld bytes (data-bytes, or the disk)",
-           (long long)news->size);
+           (long long)row->size);
   }
+}
+
+static void kept(void *self, data_result result, const data_row *row) {
+  wish *w = self;
+  fetches *f = w->owner;
+  pool_task *t = w->task;
+  free_wish(w);
+  give_kept(f, t, result, row);
+}
+
+/* Takes the descriptor. */
+static void keep(fetches *f, pool_task *t, const ipc_news *news, int fd) {
+  wish *w = wish_new(f, t);
+  if (w == NULL) {
+    close(fd);
+    refuse(f, t, 503, "out of memory");
+    return;
+  }
+  const data_order order = {
+      .owner = {pool_owner(t), gate_data_bytes(f->service->gate, pool_owner(t))},
+      .type = news->type,
+      .fd = fd,
+      .size = (size_t)news->size,
+      .done = kept,
+      .self = w};
+  data_add(f->service->data, &order, &w->filing);
 }
 
 static void wanted(void *self, pool_task *t, const ipc_news *news, int fd) {
@@ -236,17 +267,16 @@ static void wanted(void *self, pool_task *t, const ipc_news *news, int fd) {
     find(f, t, news->href);
   } else {
     keep(f, t, news, fd);
+    return;
   }
   if (fd >= 0) close(fd);
 }
 
 static void ended(void *self, pool_task *t) {
   fetches *f = self;
-  for (remote *r = f->first, *next; r != NULL; r = next) {
-    next = r->next;
-    if (r->task != t) continue;
-    outbound_cancel(r->call);
-    free_remote(r);
+  for (wish *w = f->first, *next; w != NULL; w = next) {
+    next = w->next;
+    if (w->task == t) cancel(w);
   }
 }
 
@@ -260,11 +290,7 @@ fetches *fetches_new(const service *s) {
 
 void fetches_free(fetches **f) {
   if (*f == NULL) return;
-  for (remote *r = (*f)->first, *next; r != NULL; r = next) {
-    next = r->next;
-    outbound_cancel(r->call);
-    free_remote(r);
-  }
+  while ((*f)->first != NULL) cancel((*f)->first);
   pool_on_values((*f)->service->pool, &(pool_values){0});
   free(*f);
   *f = NULL;

@@ -1,9 +1,11 @@
 /* The messages with a worker: what it is given, what is made of what it says. */
+#include <math.h>
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include "counter.h"
+#include "memory_file.h"
 #include "pool_worker.h"
 
 bool worker_give(worker *w, pool_task *t) {
@@ -18,9 +20,17 @@ bool worker_give(worker *w, pool_task *t) {
 
 /* ---- What workers say ---- */
 
+/* Is there a file of so many bytes, which will stay what it is whatever the worker does next? */
 static bool has_bytes(int fd, int64_t size) {
   struct stat facts;
-  return fd >= 0 && size >= 0 && fstat(fd, &facts) == 0 && facts.st_size >= size;
+  return fd >= 0 && size >= 0 && memory_file_is_sealed(fd) && fstat(fd, &facts) == 0 &&
+         facts.st_size >= size;
+}
+
+/* Could an honest worker say this of its reply? */
+static bool makes_sense(const ipc_news *news) {
+  return news->status >= 200 && news->status <= 599 && news->coding < CODING_COUNT &&
+         news->points >= 0 && news->memory_bytes >= 0;
 }
 
 /* A reply came. False if it is not one. */
@@ -28,7 +38,7 @@ static bool take_reply(worker *w, const ipc_news *news, int fd) {
   pool_outcome outcome = {.end = POOL_MEMORY, .fd = -1};
   if (w->state != BUSY) return false;
   if (news->status != 0) {
-    if (!has_bytes(fd, news->size) || news->coding >= CODING_COUNT) return false;
+    if (!has_bytes(fd, news->size) || !makes_sense(news)) return false;
     outcome = (pool_outcome){.end = POOL_REPLY,
                              .status = news->status,
                              .coding = news->coding,
@@ -59,8 +69,10 @@ static bool take_ready(worker *w, const ipc_news *news, int fd) {
 static bool take_progress(worker *w, const ipc_news *news, int fd) {
   pool_task *t = w->task;
   if (fd >= 0 || w->state != BUSY) return false;
+  ipc_news sane = *news;
+  sane.fraction = fmin(1, fmax(0, news->fraction)); /* 0 for what is no number */
   task_enter_phase(t, news->phase, news->time);
-  if (t->calls->heard != NULL) t->calls->heard(t->context, news, -1);
+  if (t->calls->heard != NULL) t->calls->heard(t->context, &sane, -1);
   return true;
 }
 
@@ -103,10 +115,10 @@ static bool take(worker *w, ipc_news *news, int fd) {
   return takes[news->kind](w, news, fd);
 }
 
-void worker_listen(worker *w) {
+void worker_listen(worker *w, int most) {
   ipc_news news;
   int fd;
-  while (w->child.socket >= 0) {
+  for (int k = 0; k < most && w->child.socket >= 0; k++) {
     const ipc_result result = ipc_receive(w->child.socket, &news, sizeof news, &fd);
     if (result == IPC_NOTHING) return;
     if (result == IPC_MESSAGE && take(w, &news, fd)) continue;

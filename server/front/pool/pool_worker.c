@@ -2,6 +2,7 @@
 #include "pool_worker.h"
 
 #include <errno.h>
+#include <limits.h>
 #include <math.h>
 #include <string.h>
 #include <sys/epoll.h>
@@ -10,6 +11,7 @@
 #include "counter.h"
 #include "log.h"
 
+static const int at_once = 16;             /* messages of a worker that are read in one go */
 static const double start_seconds = 30;    /* for a worker to come up */
 static const double end_seconds = 5;       /* for a worker to go when told */
 static const double first_delay = 0.1;     /* after a worker died without serving anything */
@@ -89,7 +91,7 @@ static void start_later(worker *w) {
 static void on_spoke(void *self, uint32_t events) {
   worker *w = self;
   (void)events;
-  worker_listen(w);
+  worker_listen(w, at_once);
   pool_dispatch(w->pool);
 }
 
@@ -109,7 +111,7 @@ static void on_exited(void *self, uint32_t events) {
   worker *w = self;
   siginfo_t how = {0};
   (void)events;
-  worker_listen(w); /* a reply may have come just before the end */
+  worker_listen(w, INT_MAX); /* a reply may have come just before the end */
   finish_without_reply(w, POOL_CRASH);
   const pid_t pid = w->child.pid;
   reap(w, &how);

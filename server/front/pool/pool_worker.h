@@ -56,8 +56,9 @@ void worker_finish(worker *w, pool_outcome *outcome);
 /* Gives it a task. False if it does not listen. */
 bool worker_give(worker *w, pool_task *t);
 
-/* Reads all that a worker said. One that talks nonsense is killed. */
-void worker_listen(worker *w);
+/* Reads what a worker said, so many messages at most: the others have their turn, too. One that
+ * talks nonsense is killed. */
+void worker_listen(worker *w, int most);
 
 /* ---- pool.c ---- */
 

@@ -1,21 +1,10 @@
-#include "data.h"
-
-#include <errno.h>
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "digest.h"
-#include "job.h"
+#include "data_inner.h"
 #include "keep.h"
 #include "log.h"
-
-struct data_store {
-  const parameters *set;
-  store *store;
-  double expiry; /* when to look for old ones, by unix_now */
-};
 
 static const double patience = 60;      /* (s) until what could not be dropped is tried again */
 static const double look_seconds = 600; /* what daemons that have ended left is found after this */
@@ -36,7 +25,7 @@ static store_result forget_shared(data_store *d, const char *id, double most) {
 static store_result forget(data_store *d, const char *id, double most) {
   if (store_is_shared(d->store)) return forget_shared(d, id, most);
   const store_result result = store_data_remove(d->store, id, most);
-  if (result == STORE_OK) keep_drop(store_data_files(d->store), id);
+  if (result == STORE_OK) clerk_drop(d->clerk, store_data_files(d->store), id);
   return result;
 }
 
@@ -71,10 +60,10 @@ static bool is_wanted(void *context, const char *name) {
   return store_data(d->store, name, &row) != STORE_NONE; /* what cannot be known is kept */
 }
 
-data_store *data_new(loop *l, const parameters *set, store *s) {
+data_store *data_new(loop *l, const parameters *set, store *s, clerk *k) {
   data_store *d = calloc(1, sizeof *d);
   if (d == NULL) return NULL;
-  *d = (data_store){.set = set, .store = s, .expiry = store_data_first_expiry(s, 0)};
+  *d = (data_store){.set = set, .store = s, .clerk = k, .expiry = store_data_first_expiry(s, 0)};
   if (!store_is_shared(s)) keep_sweep(store_data_files(s), is_wanted, d);
   loop_add(l, (loop_chore){due, run, d});
   return d;
@@ -98,71 +87,6 @@ store_result data_find(data_store *d, const char *owner, const char *id, data_ro
   const bool is_over =
       result == STORE_OK && row->expires <= unix_now() && !store_data_is_pinned(d->store, id);
   return is_over || (result == STORE_OK && !is_for(owner, row)) ? STORE_NONE : result;
-}
-
-static data_result result_of(store_result result) {
-  return result == STORE_OK     ? DATA_NEW
-         : result == STORE_FULL ? DATA_FULL
-         : result == STORE_DOWN ? DATA_DOWN
-                                : DATA_FAILED;
-}
-
-static data_result renew(data_store *d, const char *type, data_row *row) {
-  const double expires = unix_now() + d->set->data_seconds;
-  if (strcmp(row->type, type) != 0) return DATA_OTHER;
-  const store_result result = store_data_renew(d->store, row->id, expires);
-  if (result != STORE_OK) return result_of(result);
-  row->expires = fmax(row->expires, expires);
-  return DATA_KNOWN;
-}
-
-static data_result failure(void) {
-  if (errno == ENOSPC || errno == EDQUOT) return DATA_FULL;
-  if (errno == ENOMEM) return DATA_DOWN;
-  log_say(LOG_ERROR, "data", "%s", strerror(errno));
-  return DATA_FAILED;
-}
-
-static data_result write_shared(data_store *d, int fd, const data_row *row) {
-  store_result result = store_begin(d->store);
-  if (result == STORE_OK) result = store_data_add(d->store, row);
-  if (result == STORE_OK) result = store_add_large(d->store, row->id, 0, fd, (size_t)row->size);
-  if (result == STORE_OK) result = store_commit(d->store);
-  if (result != STORE_OK) store_rollback(d->store);
-  return result_of(result);
-}
-
-/* The file first, then the row that refers to it. */
-static data_result write_own(data_store *d, int fd, const data_row *row) {
-  const int at = store_data_files(d->store);
-  if (!keep_file(at, row->id, fd, (size_t)row->size)) return failure();
-  const store_result result = store_data_add(d->store, row);
-  if (result != STORE_OK) keep_drop(at, row->id);
-  return result_of(result);
-}
-
-static data_result write_new(data_store *d, int64_t most, int fd, const data_row *row) {
-  const int64_t all = store_data_bytes(d->store, ""), own = store_data_bytes(d->store, row->owner);
-  if (all < 0 || own < 0) return DATA_DOWN;
-  if (all + row->size > d->set->data_bytes || own + row->size > most) return DATA_QUOTA;
-  d->expiry = fmin(d->expiry, row->expires);
-  return store_is_shared(d->store) ? write_shared(d, fd, row) : write_own(d, fd, row);
-}
-
-data_result data_add(data_store *d, data_owner owner, const char *type, int fd, size_t size,
-                     data_row *row) {
-  char id[DIGEST_TEXT];
-  const char *label = *owner.name != '\0' ? owner.name : NULL;
-  if (!digest_file(label, fd, size, id)) return failure();
-  const store_result known = store_data(d->store, id, row);
-  if (known == STORE_OK) return renew(d, type, row);
-  if (known != STORE_NONE) return result_of(known);
-  *row = (data_row){.size = (int64_t)size, .created = unix_now()};
-  row->expires = row->created + d->set->data_seconds;
-  snprintf(row->id, sizeof row->id, "%s", id);
-  snprintf(row->type, sizeof row->type, "%s", type);
-  snprintf(row->owner, sizeof row->owner, "%s", owner.name);
-  return write_new(d, owner.bytes, fd, row);
 }
 
 int data_open(data_store *d, const data_row *row) {

@@ -7,6 +7,7 @@
 #ifndef SCATTERD_DATA_H
 #define SCATTERD_DATA_H
 
+#include "clerk.h"
 #include "loop.h"
 #include "param.h"
 #include "store.h"
@@ -14,7 +15,9 @@
 typedef struct data_store data_store;
 
 /* Drops files that no row knows (a daemon ended while it wrote one). NULL when out of memory. */
-data_store *data_new(loop *l, const parameters *set, store *s);
+data_store *data_new(loop *l, const parameters *set, store *s, clerk *k);
+
+/* After clerk_finish, with nobody left who waits. */
 void data_free(data_store **d);
 
 typedef enum {
@@ -33,10 +36,29 @@ typedef struct {
   int64_t bytes;
 } data_owner;
 
-/* Keeps the first `size` bytes of fd for an owner, durably. *row is the object, also if it is
- * DATA_OTHER. Cost: a SHA-256 and, for a new one, a copy and three fsyncs. */
-data_result data_add(data_store *d, data_owner owner, const char *type, int fd, size_t size,
-                     data_row *row);
+/* Bytes on their way to be an object. */
+typedef struct data_filing data_filing;
+
+typedef struct {
+  data_owner owner;
+  const char *type;
+  int fd;      /* -1 if there are no bytes */
+  size_t size; /* its first bytes are meant */
+  /* Called once. *row is the object if it is DATA_NEW, DATA_KNOWN or DATA_OTHER, else what would
+   * have been one. */
+  void (*done)(void *self, data_result result, const data_row *row);
+  void *self;
+} data_order;
+
+/* Keeps bytes for an owner, durably: they are hashed and written aside (clerk.h), and count within
+ * the quotas meanwhile; the same bytes coming twice at a time are one object. Takes o->fd in any
+ * case. *filing is set until `done` is called, which may be before this returns, and then NULL.
+ * Cost: a SHA-256 and, for a new one, a copy and three fsyncs, of which the loop waits for the one
+ * of the row (in a shared store for all). */
+void data_add(data_store *d, const data_order *o, data_filing **filing);
+
+/* Nobody wants it any more: `done` is not called, and no object is made of it. *filing is NULL. */
+void data_forget(data_filing **filing);
 
 /* STORE_NONE for an id that is none, and for an object of somebody else (of anybody, if `owner` is
  * ""), too. */

@@ -21,7 +21,8 @@ typedef struct {
   const service *service;
   exchange *x;
   ipc_ask ask;
-  pool_task *task;
+  pool_task *task;     /* the check */
+  data_filing *filing; /* after it */
 } upload;
 
 static void check_content(upload *u) {
@@ -77,50 +78,57 @@ static void reply_object(upload *u, int status, const data_row *row) {
   exchange_bytes(x, status, media_type(MEDIA_JSON), bytes, (size_t)length);
 }
 
-/* Keeps what a worker has read through. */
-static void keep(upload *u, int fd, size_t size) {
-  data_row row;
-  exchange *x = u->x;
-  const data_owner owner = {x->owner, x->most.data_bytes};
-  switch (data_add(u->service->data, owner, media_type(u->ask.content), fd, size, &row)) {
-    case DATA_NEW:
-      reply_object(u, 201, &row);
-      break;
-    case DATA_KNOWN:
-      reply_object(u, 200, &row);
-      break;
-    case DATA_OTHER:
-      exchange_refuse(x, 409, "these bytes are here already as %s: %s/data/%s", row.type, x->base,
-                      row.id);
-      break;
-    case DATA_QUOTA:
-      exchange_refuse(x, 507, "%zu bytes more than there is room for (limit: data-bytes%s)", size,
-                      *x->owner != '\0' ? ", here or of the token" : "");
-      break;
-    case DATA_FULL:
-      job_refuse_store(x, STORE_FULL);
-      break;
-    case DATA_DOWN:
-      job_refuse_store(x, STORE_DOWN);
-      break;
-    case DATA_FAILED:
-      job_refuse_store(x, STORE_FAILED);
-      break;
+static void refuse_object(exchange *x, data_result result, int64_t size) {
+  static const store_result why[] = {
+      [DATA_FULL] = STORE_FULL, [DATA_DOWN] = STORE_DOWN, [DATA_FAILED] = STORE_FAILED};
+  if (result != DATA_QUOTA) {
+    job_refuse_store(x, why[result]);
+    return;
   }
+  exchange_refuse(x, 507, "%lld bytes more than there is room for (limit: data-bytes%s)",
+                  (long long)size, *x->owner != '\0' ? ", here or of the token" : "");
+}
+
+static void kept(void *self, data_result result, const data_row *row) {
+  upload *u = self;
+  exchange *x = u->x;
+  if (result == DATA_NEW || result == DATA_KNOWN) {
+    reply_object(u, result == DATA_NEW ? 201 : 200, row);
+  } else if (result == DATA_OTHER) {
+    exchange_refuse(x, 409, "these bytes are here already as %s: %s/data/%s", row->type, x->base,
+                    row->id);
+  } else {
+    refuse_object(x, result, row->size);
+  }
+  http_deliver(x);
+}
+
+/* Keeps what a worker has read through. */
+static void keep(upload *u, int fd, int64_t size) {
+  exchange *x = u->x;
+  const data_order order = {.owner = {x->owner, x->most.data_bytes},
+                            .type = media_type(u->ask.content),
+                            .fd = fd,
+                            .size = (size_t)size,
+                            .done = kept,
+                            .self = u};
+  data_add(u->service->data, &order, &u->filing);
 }
 
 static void checked(void *context, const pool_outcome *o) {
   upload *u = context;
   u->task = NULL;
   const bool is_good = o->end == POOL_REPLY && o->status == 200;
+  const bool is_coded = u->ask.content_coding != CODING_IDENTITY;
   if (!is_good) {
     outcome_reply(u->x, &u->ask.limits, o);
+    http_deliver(u->x);
+  } else if (is_coded) {
+    keep(u, o->fd, (int64_t)o->size);
   } else {
-    const bool is_coded = u->ask.content_coding != CODING_IDENTITY;
-    keep(u, is_coded ? o->fd : u->x->body.fd, is_coded ? o->size : (size_t)u->x->body.size);
     if (o->fd >= 0) close(o->fd);
+    keep(u, spool_take(&u->x->body), u->x->body.size);
   }
-  http_deliver(u->x);
 }
 
 void data_serve(const service *s, exchange *x) {
@@ -136,7 +144,9 @@ void data_serve(const service *s, exchange *x) {
 
 void data_end(const service *s, exchange *x) {
   upload *u = x->task;
-  if (u != NULL && u->task != NULL) pool_cancel(s->pool, u->task);
+  if (u == NULL) return;
+  if (u->task != NULL) pool_cancel(s->pool, u->task);
+  data_forget(&u->filing);
   free(u);
   x->task = NULL;
 }

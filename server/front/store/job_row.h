@@ -61,6 +61,7 @@ typedef struct {
   char uri[3][JOB_URI];        /* subscriber: success, in progress, failed; "" without */
   char pin[JOB_PINS][DATA_ID]; /* objects under /data it refers to; "" after the last */
   char base[JOB_BASE];         /* of links in what is sent there */
+  int64_t jobs_most;           /* jobs its submitter may have with it, not stored; INT64_MAX: any */
 } job_extra;
 
 /* A call to a subscriber that is to be made. */

@@ -18,9 +18,6 @@ bool keep_link(int at, const char *name, const char *other);
 /* Opens a kept file for reading; -1 with errno. */
 int keep_open(int at, const char *name);
 
-/* Forgets a file. Not durable: who finds it again after a crash forgets it again. */
-void keep_drop(int at, const char *name);
-
 /* Drops all files of the directory that `wanted` does not want. */
 void keep_sweep(int at, bool (*wanted)(void *context, const char *name), void *context);
 

@@ -24,6 +24,8 @@ typedef enum {
   STORE_OK,
   STORE_NONE,   /* there is no such row */
   STORE_TAKEN,  /* another job has this Idempotency-Key */
+  STORE_LIMIT,  /* its submitter has as many jobs as it may */
+  STORE_BUSY,   /* another daemon is at it, and hangs */
   STORE_FULL,   /* the disk is, or a quota */
   STORE_DOWN,   /* the database does not answer, or has no memory: which passes */
   STORE_FAILED, /* anything else; the log knows */

@@ -75,6 +75,7 @@ store_result store_drop_large(store *s, const char *owner, int least, int most) 
 int store_errno(store_result result) {
   static const int numbers[] = {
       [STORE_OK] = 0,        [STORE_NONE] = ENOENT,    [STORE_TAKEN] = EEXIST,
-      [STORE_FULL] = ENOSPC, [STORE_DOWN] = EHOSTDOWN, [STORE_FAILED] = EIO};
+      [STORE_FULL] = ENOSPC, [STORE_DOWN] = EHOSTDOWN, [STORE_FAILED] = EIO,
+      [STORE_LIMIT] = EIO,   [STORE_BUSY] = EIO};
   return numbers[result];
 }

@@ -138,6 +138,7 @@ static const struct {
   store_result result;
 } failures[] = {
     {"23505", STORE_TAKEN}, /* unique_violation */
+    {"55P03", STORE_BUSY},  /* lock_not_available */
     {"53100", STORE_FULL},  /* disk_full */
     {"08", STORE_DOWN},     /* connections */
     {"57", STORE_DOWN},     /* the operator intervenes, or the time is over */

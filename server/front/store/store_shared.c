@@ -55,6 +55,13 @@ store_result store_beat(store *s, const char *holder, double *now) {
   return result;
 }
 
+store_result store_clock(store *s, double *now) {
+  const store_result result = sql_step(s, CLOCK);
+  if (result == STORE_OK) *now = sql_get_real(s, CLOCK, 0);
+  sql_reset(s, CLOCK);
+  return result;
+}
+
 void store_leave(store *s, const char *holder) {
   sql_text(s, RELEASE, ":holder", holder);
   (void)sql_run(s, RELEASE);
@@ -101,6 +108,11 @@ int64_t store_waiting(store *s) {
 int64_t store_active_of(store *s, const char *submitter) {
   sql_text(s, ACTIVE_OF, ":submitter", submitter);
   return (int64_t)sql_number_of(s, ACTIVE_OF, 0, 0);
+}
+
+store_result store_lock_jobs(store *s, const char *submitter) {
+  sql_text(s, LOCK_JOBS, ":submitter", submitter);
+  return sql_run(s, LOCK_JOBS);
 }
 
 store_result store_progress(store *s, const job_row *row) {

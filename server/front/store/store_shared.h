@@ -36,6 +36,9 @@ store_result store_relax(store *s);
 
 /* ---- Daemons ---- */
 
+/* The database's clock, in seconds since 1970. */
+store_result store_clock(store *s, double *now);
+
 /* This daemon lives. *now is the database's clock, in seconds since 1970. */
 store_result store_beat(store *s, const char *holder, double *now);
 
@@ -65,6 +68,10 @@ int64_t store_waiting(store *s);
 
 /* How many jobs of a submitter are not over, batches by their parts. */
 int64_t store_active_of(store *s, const char *submitter);
+
+/* Until the transaction ends nobody else adds jobs of a submitter who has to be counted. Of several
+ * submitters in the order of their names, or two daemons wait for each other. */
+store_result store_lock_jobs(store *s, const char *submitter);
 
 /* Progress, message, phase and residual of a running job; STORE_NONE if row->holder has it no more.
  */

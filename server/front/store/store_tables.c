@@ -56,9 +56,13 @@ static const struct {
     {"{waiting}", {"", "state = 0 AND holder = '' AND parts = 0"}},
     {"{alive}",
      {"",
-      "EXISTS(SELECT 1 FROM daemons WHERE id = holder AND beat > "
-      "clock_timestamp() - make_interval(secs => :lease)) "
-      "OR pg_postmaster_start_time() > clock_timestamp() - make_interval(secs => :lease)"}},
+      "EXISTS(SELECT 1 FROM daemons WHERE id = holder AND beat {within a lease}) "
+      "OR pg_postmaster_start_time() BETWEEN clock_timestamp() - make_interval(secs => :lease) "
+      "AND clock_timestamp()"}},
+    {"{within a lease}", /* both ways: the server's clock may have been set back */
+     {"",
+      "BETWEEN clock_timestamp() - make_interval(secs => :lease) "
+      "AND clock_timestamp() + make_interval(secs => :lease)"}},
     {"{no wait for the disk}", {"", "set_config('synchronous_commit', 'off', true)"}},
 };
 
@@ -207,6 +211,7 @@ static const char *const statements[STATEMENTS] = {
         "INSERT INTO daemons(id, beat) VALUES(:holder, clock_timestamp()) ON CONFLICT(id) DO "
         "UPDATE SET beat = excluded.beat RETURNING CAST(extract(epoch FROM beat) AS {real}), "
         "{no wait for the disk}",
+    [CLOCK] = "SELECT CAST(extract(epoch FROM clock_timestamp()) AS {real})",
     [LEAVE] = "DELETE FROM daemons WHERE id = :holder",
     [RELEASE] = "UPDATE jobs SET holder = '' WHERE holder = :holder AND state = 0",
     /* Lanes are the pairs of priority and submitter that wait, found by skipping through an index;
@@ -219,7 +224,7 @@ static const char *const statements[STATEMENTS] = {
         "WHERE {waiting} AND (priority, submitter) < (lane.priority, lane.submitter) "
         "ORDER BY priority DESC, submitter DESC LIMIT 1) AS n), "
         "in_turn AS (SELECT priority, submitter FROM lane LEFT JOIN turns USING (submitter) "
-        "ORDER BY priority DESC, last NULLS FIRST), "
+        "ORDER BY priority DESC, CASE WHEN last <= clock_timestamp() THEN last END NULLS FIRST), "
         "taken AS (SELECT j.number, t.submitter FROM in_turn AS t, LATERAL (SELECT number FROM "
         "jobs WHERE {waiting} AND priority = t.priority AND submitter = t.submitter "
         "AND (estimate <= :room OR created < :old) ORDER BY number LIMIT 1 "
@@ -231,6 +236,9 @@ static const char *const statements[STATEMENTS] = {
     [WAITING] = "SELECT count(*) FROM jobs WHERE {waiting}",
     [ACTIVE_OF] =
         "SELECT count(*) FROM jobs WHERE state <= 1 AND parts = 0 AND submitter = :submitter",
+    [LOCK_JOBS] =
+        "SELECT set_config('lock_timeout', '1s', true), "
+        "pg_advisory_xact_lock(hashtextextended('scatterd jobs of ' || :submitter, 0))",
     [HELD] = "SELECT {columns}, number FROM jobs WHERE holder = :holder",
     [RELEASE_DEAD] =
         "UPDATE jobs SET holder = '' WHERE holder <> '' AND (state <> 1 OR parts > 0) "
@@ -241,8 +249,7 @@ static const char *const statements[STATEMENTS] = {
     [FREE_CALLS] =
         "UPDATE calls SET due = extract(epoch FROM clock_timestamp()), holder = '' "
         "WHERE holder <> '' AND NOT ({alive})",
-    [FORGET_DEAD] =
-        "DELETE FROM daemons WHERE beat < clock_timestamp() - make_interval(secs => :lease)",
+    [FORGET_DEAD] = "DELETE FROM daemons WHERE NOT (beat {within a lease})",
     [FORGET_TURNS] = "DELETE FROM turns WHERE last < clock_timestamp() - interval '1 day'",
     [CLAIM] =
         "UPDATE jobs SET holder = :holder WHERE number = :number AND holder = '' "

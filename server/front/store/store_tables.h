@@ -72,11 +72,13 @@ typedef enum {
   SHIFT_DATA,
   STATEMENTS_OF_ONE, /* those up to here are all that a single daemon needs */
   BEAT = STATEMENTS_OF_ONE,
+  CLOCK,
   LEAVE,
   RELEASE,
   TAKE,
   WAITING,
   ACTIVE_OF,
+  LOCK_JOBS,
   HELD,
   RELEASE_DEAD,
   CLAIM_DEAD,
