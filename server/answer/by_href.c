@@ -134,6 +134,8 @@ static const doc *fetch(task *t, const item *at) {
   calls->fetch(calls->context, at->doc->text, &got);
   if (got.status == 200) {
     value = read_fetched(t, at, &got);
+  } else if (got.status == 500 || got.status == 503) { /* the service lacks something: no 400 */
+    (void)sct_fail(&t->error, SCT_E_CANCELLED, -1, "a value by reference %s", got.detail);
   } else {
     complain(t, at, "%s", got.detail);
   }

@@ -376,7 +376,7 @@ bool param_read(parameters *p, const char *path, fault *why) {
     good = read_line(p, line, &inner);
     if (!good) fault_set(why, "%.200s:%d: %.280s", path, number_of_line, inner.text);
   }
-  if (good && ferror(file)) good = fault_set(why, "cannot read %.200s: %s", path, strerror(errno));
+  if (good && !feof(file)) good = fault_set(why, "cannot read %.200s: %s", path, strerror(errno));
   free(line);
   fclose(file);
   return good;

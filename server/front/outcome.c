@@ -76,6 +76,10 @@ void outcome_reply(exchange *x, const limits *most, const pool_outcome *o) {
 
 void outcome_refuse_full(exchange *x, const pool *p, int64_t queue) {
   exchange_add(x, "Retry-After", "%d", pool_retry_after(p));
+  if (pool_waiting(p) < queue) {
+    exchange_refuse(x, 503, "the service has no memory for it, or is being stopped");
+    return;
+  }
   exchange_refuse(x, 503, "all workers are busy and %lld requests wait (limit: queue)",
                   (long long)queue);
 }

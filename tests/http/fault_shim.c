@@ -43,7 +43,8 @@ typedef enum {
   FORK,
   PAIR, /* socketpair */
   ACCEPT,
-  WATCH, /* epoll_ctl that adds */
+  WATCH,  /* epoll_ctl that adds */
+  MEMORY, /* malloc and its like; mmap of no descriptor */
   KINDS
 } kind;
 
@@ -252,9 +253,45 @@ int memfd_create(const char *name, unsigned flags) {
 typedef void *mmap_call(void *, size_t, int, int, int, off_t);
 
 void *mmap(void *at, size_t size, int protection, int flags, int fd, off_t offset) {
-  if (fd >= 0 && fails(MAP)) return MAP_FAILED;
+  if (fails(fd >= 0 ? MAP : MEMORY)) return MAP_FAILED;
   return NEXT(mmap_call *, "mmap")(at, size, protection, flags, fd, offset);
 }
+
+/* ---- Memory ----
+ * What glibc's own functions allocate (strdup, asprintf, getdelim, ...) comes by way of these, too.
+ * Where AddressSanitizer has replaced malloc its own is called, else that of glibc: both by a name
+ * that needs no dlsym, which may allocate itself. */
+
+#define ALLOCATOR(name, parameters, ...)                                        \
+  extern void *__interceptor_##name parameters __attribute__((weak));           \
+  extern void *__libc_##name parameters;                                        \
+  static void *really_##name parameters {                                       \
+    if (__interceptor_##name != NULL) return __interceptor_##name(__VA_ARGS__); \
+    return __libc_##name(__VA_ARGS__);                                          \
+  }                                                                             \
+  void *name parameters {                                                       \
+    return fails(MEMORY) ? NULL : really_##name(__VA_ARGS__);                   \
+  }
+
+ALLOCATOR(malloc, (size_t size), size)
+ALLOCATOR(calloc, (size_t count, size_t size), count, size)
+ALLOCATOR(realloc, (void *old, size_t size), old, size)
+ALLOCATOR(memalign, (size_t border, size_t size), border, size)
+
+void *aligned_alloc(size_t border, size_t size) {
+  return memalign(border, size);
+}
+
+int posix_memalign(void **place, size_t border, size_t size) {
+  const int before = errno;
+  void *bytes = memalign(border, size);
+  const int error = bytes == NULL ? errno : 0;
+  errno = before;
+  if (bytes != NULL) *place = bytes;
+  return error;
+}
+
+/* ---- Processes, sockets ---- */
 
 pid_t fork(void) {
   return fails(FORK) ? -1 : NEXT(pid_t(*)(void), "fork")();

@@ -12,7 +12,7 @@
     faults.clear()
 
 The kinds: write read sync rename open truncate unlink (of files in the data directory), memfd map
-fork pair accept watch. Without an errno (0) a write or read does half of what it should.
+fork pair accept watch, and memory (malloc and its like). Without an errno (0) a write or read does half of what it should.
 """
 
 import mmap
@@ -25,7 +25,7 @@ import tempfile
 import daemon
 
 KINDS = ("write", "read", "sync", "rename", "open", "truncate", "unlink", "memfd", "map", "fork",
-         "pair", "accept", "watch")
+         "pair", "accept", "watch", "memory")
 ORDER = struct.Struct("=qqqq")
 WHERE = {"front": 0, "workers": 1}
 CLOCK = 2 * len(KINDS) * ORDER.size
@@ -43,15 +43,20 @@ def sanitizer(program):
 class Faults:
     """A directory for a daemon, and what is to fail there."""
 
-    def __init__(self, stub=True, directory=None):
+    def __init__(self, stub=True, directory=None, memory=False):
+        """`memory`: that can fail, too."""
         self.directory = directory or tempfile.mkdtemp(prefix="daemon-test-")
         self.file, path = tempfile.mkstemp(prefix="faults-")
         os.truncate(path, SIZE)
         self.page = mmap.mmap(self.file, SIZE)
         self.path = path
         preload = [sanitizer(daemon.program(stub)), os.environ["SCATTERD_FAULT_SHIM"]]
-        self.environment = {"LD_PRELOAD": " ".join(preload).strip(), "SCATTERD_FAULTS": path,
-                            "SCATTERD_FAULTS_BELOW": self.directory}
+        self.environment = {"SCATTERD_FAULTS": path, "SCATTERD_FAULTS_BELOW": self.directory}
+        if memory:  # AddressSanitizer has a malloc of its own: the shim's must come before it
+            preload.reverse()
+            options = os.environ.get("ASAN_OPTIONS", "")
+            self.environment["ASAN_OPTIONS"] = options + ":verify_asan_link_order=0"
+        self.environment["LD_PRELOAD"] = " ".join(preload).strip()
 
     def _place(self, kind, where):
         return (WHERE[where] * len(KINDS) + KINDS.index(kind)) * ORDER.size

@@ -77,6 +77,17 @@ class Full(daemon.Case):
                           "room to dismiss it")
         self.assertEqual(self.get(f"/jobs/{job}").json["status"], "dismissed")
 
+    def test_a_dismissal_that_cannot_be_stored_is_asked_for_again(self):
+        job = self.submit("sleep 5").json["jobID"]
+        daemon.wait_until(lambda: self.get(f"/jobs/{job}").json["status"] == "running", "its run")
+        self.fill()
+        for _ in range(3):
+            self.assert_problem(self.request("DELETE", f"/jobs/{job}"), 507)
+        self.faults.clear()
+        daemon.wait_until(lambda: self.request("DELETE", f"/jobs/{job}").status in (200, 410),
+                          "room to dismiss it")
+        self.assertEqual(self.get(f"/jobs/{job}").json["status"], "dismissed")
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -237,7 +237,7 @@ static void test_active_parts_and_expiry(void **state) {
   assert_int_equal(store_part_states(s, parent, count), STORE_OK);
   assert_int_equal(count[JOB_SUCCESSFUL], 2);
   assert_int_equal(count[JOB_RUNNING], 1);
-  assert_true(store_first_expiry(s) == 50);
+  assert_true(store_first_expiry(s, 0) == 50);
   l.count = 0;
   assert_int_equal(store_expired(s, 49, note, &l), STORE_OK);
   assert_int_equal(l.count, 0);
@@ -245,7 +245,7 @@ static void test_active_parts_and_expiry(void **state) {
   assert_int_equal(l.count, 1);
   assert_int_equal(store_remove(s, parent), STORE_OK);
   assert_int_equal(store_job_number(s, parent + 2, &back), STORE_NONE);
-  assert_true(store_first_expiry(s) == INFINITY);
+  assert_true(store_first_expiry(s, 0) == INFINITY);
   store_close(&s);
 }
 

@@ -1,5 +1,6 @@
 #include "credential.h"
 
+#include <errno.h>
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
@@ -12,13 +13,14 @@ static token *of_basic(tokens *t, const char *text) {
   long long size = -1;
   token *found = NULL;
   char *pair = (char *)base64_decode(text, strlen(text), &size);
-  if (pair != NULL && size > 0 && memchr(pair, '\0', (size_t)size) == NULL) {
-    char *copy = strndup(pair, (size_t)size), *secret = copy;
+  char *copy = pair != NULL && size >= 0 ? strndup(pair, (size_t)size) : NULL, *secret = copy;
+  if (pair == NULL || (size >= 0 && copy == NULL)) errno = ENOMEM;
+  if (copy != NULL && strlen(copy) == (size_t)size) {
     const char *name = strsep(&secret, ":");
     found = secret != NULL ? tokens_holding(t, secret) : NULL;
     if (found != NULL && strcmp(found->name, name) != 0) found = NULL;
-    free(copy);
   }
+  free(copy);
   free(pair);
   return found;
 }
@@ -29,6 +31,7 @@ static const struct {
 } schemes[] = {{"Bearer", tokens_holding}, {"Basic", of_basic}};
 
 token *credential_find(tokens *t, const char *field) {
+  errno = 0;
   const size_t length = strcspn(field, " ");
   const char *text = field + length + strspn(field + length, " ");
   for (size_t k = 0; k < sizeof schemes / sizeof *schemes; k++) {

@@ -6,8 +6,8 @@
 
 #include "token.h"
 
-/* Whose credentials they are: NULL for all that are not good ones of a token, whatever is wrong
- * with them. */
+/* Whose credentials they are: NULL with errno 0 for all that are not good ones of a token, whatever
+ * is wrong with them; NULL with ENOMEM when that cannot be known now. */
 token *credential_find(tokens *t, const char *field);
 
 #endif

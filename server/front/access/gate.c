@@ -1,5 +1,6 @@
 #include "gate.h"
 
+#include <errno.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -100,7 +101,11 @@ bool gate_check(gate *g, exchange *x) {
   const char *field = http_field(x, "Authorization", room, sizeof room);
   token *t = field != NULL ? credential_find(g->tokens, field) : NULL;
   if (t == NULL) {
-    refuse_stranger(x);
+    if (field != NULL && errno == ENOMEM) {
+      exchange_refuse(x, 503, "out of memory");
+    } else {
+      refuse_stranger(x);
+    }
     return false;
   }
   snprintf(x->owner, sizeof x->owner, "%s", t->name);

@@ -179,7 +179,7 @@ static bool read_lines(tokens *t, FILE *file, const char *path, fault *why) {
     good = good && read_line(t, line, &inner);
     if (!good) fault_set(why, "tokens: %.200s:%d: %.280s", path, number, inner.text);
   }
-  if (good && ferror(file)) good = fault_set(why, "tokens: %.200s: %s", path, strerror(errno));
+  if (good && !feof(file)) good = fault_set(why, "tokens: %.200s: %s", path, strerror(errno));
   free(line);
   return good;
 }

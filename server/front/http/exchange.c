@@ -19,7 +19,7 @@ exchange *exchange_new(const char *target) {
   x->body_most = INT64_MAX;
   x->most = token_unlimited;
   x->target = strdup(target);
-  x->path = strdup("");
+  x->path = calloc(1, strlen(target) + 2); /* no path is longer, but "/" for none */
   if (x->target == NULL || x->path == NULL) exchange_free(&x);
   return x;
 }
@@ -82,8 +82,7 @@ static const char *path_of(const char *target) {
 bool exchange_find_path(exchange *x) {
   const char *from = path_of(x->target);
   if (from == NULL) return false;
-  char *path = malloc(strlen(from) + 1), *to = path;
-  if (path == NULL) return false;
+  char *to = x->path;
   for (; *from != '\0' && *from != '?'; from++) {
     int value = (unsigned char)*from;
     if (*from == '%') {
@@ -92,7 +91,7 @@ bool exchange_find_path(exchange *x) {
       from += 2;
     }
     if (value == 0) {
-      free(path);
+      *x->path = '\0';
       return false;
     }
     if (*from == '/' || value != '/') {
@@ -103,8 +102,6 @@ bool exchange_find_path(exchange *x) {
     }
   }
   *to = '\0';
-  free(x->path);
-  x->path = path;
   return true;
 }
 

@@ -16,11 +16,14 @@
 
 enum { EXCHANGE_FIELDS = 28, EXCHANGE_BASE = 1100, EXCHANGE_ITEM = 72 };
 
+enum { EXCHANGE_END = -1, EXCHANGE_BROKEN = -2 };
+
 /* A reply that comes in pieces of unknown number. */
 typedef struct {
   void *self;
   /* Writes up to `size` bytes and says how many; 0: none are there yet, http_wake when there are;
-   * -1: that was all. */
+   * EXCHANGE_END: that was all; EXCHANGE_BROKEN: the rest is not to be had, and who reads is told
+   * by a connection that closes in the middle. */
   ssize_t (*read)(void *self, char *room, size_t size);
 } exchange_source;
 

@@ -179,8 +179,9 @@ static struct MHD_Response *response_of_file(exchange_reply *r) {
   char bytes[16384];
   const int fd = r->fd;
   if (r->size > small) {
-    r->fd = -1; /* the response closes it */
-    return MHD_create_response_from_fd_at_offset64(r->size, fd, r->offset);
+    struct MHD_Response *response = MHD_create_response_from_fd_at_offset64(r->size, fd, r->offset);
+    if (response != NULL) r->fd = -1; /* the response closes it */
+    return response;
   }
   if (pread(fd, bytes, r->size, (off_t)r->offset) != (ssize_t)r->size) return NULL;
   return MHD_create_response_from_buffer(r->size, bytes, MHD_RESPMEM_MUST_COPY);
@@ -193,7 +194,8 @@ static ssize_t read_source(void *self, uint64_t position, char *room, size_t siz
   (void)position;
   if (c->vanished) return MHD_CONTENT_READER_END_WITH_ERROR;
   const ssize_t length = source->read(source->self, room, size);
-  if (length < 0) return MHD_CONTENT_READER_END_OF_STREAM;
+  if (length == EXCHANGE_END) return MHD_CONTENT_READER_END_OF_STREAM;
+  if (length < 0) return MHD_CONTENT_READER_END_WITH_ERROR;
   c->asleep = length == 0;
   if (c->asleep) MHD_suspend_connection(c->mhd);
   return length;
@@ -215,31 +217,38 @@ static struct MHD_Response *response_of(connection *c) {
   }
   if (r->fd >= 0) return response_of_file(r);
   void *bytes = (void *)r->bytes;
-  const bool owned = r->owned != NULL;
-  r->owned = NULL; /* the response frees it */
-  return MHD_create_response_from_buffer(r->size, bytes,
-                                         owned ? MHD_RESPMEM_MUST_FREE : MHD_RESPMEM_PERSISTENT);
+  const enum MHD_ResponseMemoryMode mode =
+      r->owned != NULL ? MHD_RESPMEM_MUST_FREE : MHD_RESPMEM_PERSISTENT;
+  struct MHD_Response *response = MHD_create_response_from_buffer(r->size, bytes, mode);
+  if (response != NULL) r->owned = NULL; /* the response frees it */
+  return response;
 }
 
-static void add_fields(struct MHD_Response *response, const connection *c) {
+/* All of them or false: without its coding, say, a body means something else. */
+static bool add_fields(struct MHD_Response *response, const connection *c) {
   const exchange_reply *r = &c->x->reply;
-  if (*r->type != '\0') MHD_add_response_header(response, "Content-Type", r->type);
-  if (r->coding != CODING_IDENTITY) {
-    MHD_add_response_header(response, "Content-Encoding", coding_name(r->coding));
+  const char *const own[][2] = {
+      {"Content-Type", *r->type != '\0' ? r->type : NULL},
+      {"Content-Encoding", r->coding != CODING_IDENTITY ? coding_name(r->coding) : NULL},
+      {"X-Request-Id", c->x->id},
+      {"Connection", c->http->quiet || c->refused ? "close" : NULL}};
+  bool good = true;
+  for (size_t k = 0; k < sizeof own / sizeof *own && good; k++) {
+    good = own[k][1] == NULL || MHD_add_response_header(response, own[k][0], own[k][1]) == MHD_YES;
   }
-  MHD_add_response_header(response, "X-Request-Id", c->x->id);
-  for (int k = 0; k < r->fields; k++) {
-    MHD_add_response_header(response, r->field[k].name, r->field[k].value);
+  for (int k = 0; k < r->fields && good; k++) {
+    good = MHD_add_response_header(response, r->field[k].name, r->field[k].value) == MHD_YES;
   }
-  if (c->http->quiet || c->refused) MHD_add_response_header(response, "Connection", "close");
+  return good;
 }
 
 static enum MHD_Result send_reply(connection *c) {
   struct MHD_Response *response = response_of(c);
   if (response == NULL) return MHD_NO;
-  add_fields(response, c);
   c->state = REPLYING;
-  const enum MHD_Result result = MHD_queue_response(c->mhd, (unsigned)c->x->reply.status, response);
+  const enum MHD_Result result =
+      add_fields(response, c) ? MHD_queue_response(c->mhd, (unsigned)c->x->reply.status, response)
+                              : MHD_NO; /* closes */
   MHD_destroy_response(response);
   return result;
 }

@@ -284,11 +284,11 @@ static bool set_up(outbound_call *c, const outbound_request *r) {
     if (more == NULL) return false;
     c->fields = more;
   }
-  curl_easy_setopt(e, CURLOPT_URL, r->url);
+  if (curl_easy_setopt(e, CURLOPT_URL, r->url) != CURLE_OK) return false;
+  if (curl_easy_setopt(e, CURLOPT_PROXY, "") != CURLE_OK) return false; /* copied, too */
   curl_easy_setopt(e, CURLOPT_PRIVATE, c);
   curl_easy_setopt(e, CURLOPT_PROTOCOLS_STR, "http,https");
   curl_easy_setopt(e, CURLOPT_FOLLOWLOCATION, 0L);
-  curl_easy_setopt(e, CURLOPT_PROXY, "");
   curl_easy_setopt(e, CURLOPT_FRESH_CONNECT, 1L); /* each address is looked at */
   curl_easy_setopt(e, CURLOPT_FORBID_REUSE, 1L);
   curl_easy_setopt(e, CURLOPT_NOSIGNAL, 1L);

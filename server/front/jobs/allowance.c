@@ -6,7 +6,9 @@ bool allowance_take(allowance *a, int64_t size, int64_t most, double now,
                     const allowance_counter *c) {
   const bool is_known = a->counted > 0;
   if (!is_known || (a->bytes + size > most && now > a->counted + pause)) {
-    a->bytes = c->count(c->self, c->owner);
+    const int64_t bytes = c->count(c->self, c->owner);
+    if (bytes < 0) return false;
+    a->bytes = bytes;
     a->counted = now;
   }
   if (a->bytes + size > most) return false;

@@ -14,7 +14,7 @@ typedef struct {
   double counted; /* (s), 0: never */
 } allowance;
 
-/* How many there really are. */
+/* How many there really are; -1 when that cannot be known now. */
 typedef struct {
   int64_t (*count)(void *self, const char *owner);
   void *self;

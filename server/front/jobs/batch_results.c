@@ -1,5 +1,6 @@
 #include "batch_results.h"
 
+#include <errno.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -32,6 +33,7 @@ struct batch_results {
   double finished; /* by line: when the last one shown had */
   bool *shown;     /* by line: which parts have been */
   bool began, ended;
+  bool broken; /* what is due is not to be had */
   /* the entry being sent: text, bytes of the file, closing */
   char *text;
   size_t size, sent;
@@ -47,6 +49,7 @@ struct batch_results {
 /* ---- Pieces ---- */
 
 static void say(batch_results *b, char *text) {
+  b->broken = text == NULL;
   b->text = text;
   b->size = text != NULL ? strlen(text) : 0;
   b->sent = 0;
@@ -123,30 +126,32 @@ static bool show_part(batch_results *b) {
 }
 
 /* Parts that other daemons ran may be seen a bit later than others that ended after them. */
-static bool find_ended(batch_results *b, store *s) {
+static store_result find_ended(batch_results *b, store *s) {
+  store_result result;
   double after = b->finished - (store_is_shared(s) ? late_seconds : 0);
-  while (store_next_ended(s, b->batch.number, after, &b->part) == STORE_OK) {
-    if (show_part(b)) return true;
+  while ((result = store_next_ended(s, b->batch.number, after, &b->part)) == STORE_OK) {
+    if (show_part(b)) return STORE_OK;
     after = b->part.finished;
   }
-  return false;
+  return result;
 }
 
 /* Of a batch that is over: what was seen too late. */
-static bool find_left(batch_results *b, store *s) {
+static store_result find_left(batch_results *b, store *s) {
   for (int k = 0; k < b->batch.parts; k++) {
-    if (b->shown[k] || store_part(s, b->batch.number, k, &b->part) != STORE_OK) continue;
-    if (show_part(b)) return true;
+    if (b->shown[k]) continue;
+    const store_result result = store_part(s, b->batch.number, k, &b->part);
+    if (result == STORE_OK && show_part(b)) return STORE_OK;
+    if (result != STORE_OK && result != STORE_NONE) return result;
   }
-  return false;
+  return STORE_NONE;
 }
 
-static bool find_part(batch_results *b) {
+static store_result find_part(batch_results *b) {
   store *s = jobs_store(b->service->jobs);
-  if (!b->layout->by_line) {
-    return store_part(s, b->batch.number, b->entries, &b->part) == STORE_OK;
-  }
-  return find_ended(b, s) || (b->over && find_left(b, s));
+  if (!b->layout->by_line) return store_part(s, b->batch.number, b->entries, &b->part);
+  const store_result result = find_ended(b, s);
+  return result == STORE_NONE && b->over ? find_left(b, s) : result;
 }
 
 static void begin_part(batch_results *b) {
@@ -158,9 +163,23 @@ static void begin_part(batch_results *b) {
   }
   if (b->part.state == JOB_FAILED) {
     failure = store_problem(jobs_store(b->service->jobs), b->part.number, &size);
+    b->broken = failure == NULL && errno != ENOENT;
+    if (b->broken) return;
   }
   begin_entry(b, &b->part, failure != NULL ? "problem" : "", failure != NULL ? failure : "", size);
   free(failure);
+}
+
+static void next_part(batch_results *b) {
+  const store_result result = find_part(b);
+  if (result == STORE_OK) {
+    begin_part(b);
+  } else if (result != STORE_NONE) {
+    b->broken = true;
+  } else if (b->over && !b->ended) {
+    b->ended = true;
+    say(b, strdup(b->layout->last));
+  }
 }
 
 static void next(batch_results *b) {
@@ -171,11 +190,8 @@ static void next(batch_results *b) {
   } else if (b->open) {
     b->open = false;
     say(b, asprintf(&text, "}%s", b->layout->after) < 0 ? NULL : text);
-  } else if (find_part(b)) {
-    begin_part(b);
-  } else if (b->over && !b->ended) {
-    b->ended = true;
-    say(b, strdup(b->layout->last));
+  } else {
+    next_part(b);
   }
 }
 
@@ -195,6 +211,7 @@ static ssize_t take_file(batch_results *b, char *room, size_t size) {
   const ssize_t got = pread(b->file, room, step, (off_t)b->file_sent);
   for (ssize_t k = 0; k < got; k++) room[k] = room[k] == '\n' ? ' ' : room[k];
   b->file_sent += got > 0 ? (size_t)got : left;
+  b->broken = got <= 0 && left > 0;
   if (b->file_sent == b->file_size) {
     close(b->file);
     b->file = -1;
@@ -210,8 +227,9 @@ static ssize_t read_pieces(void *self, char *room, size_t size) {
                         : b->task != NULL ? 0
                                           : -1;
     if (got > 0 || b->task != NULL) return got > 0 ? got : 0;
-    if (b->ended && b->text == NULL) return -1;
-    if (b->text == NULL && b->file < 0) next(b);
+    if (b->ended && b->text == NULL && !b->broken) return EXCHANGE_END;
+    if (b->text == NULL && b->file < 0 && !b->broken) next(b);
+    if (b->broken) return EXCHANGE_BROKEN;
     const bool idle = b->text == NULL && b->file < 0;
     if (idle && b->task == NULL && !b->ended) return 0;
   }

@@ -141,19 +141,21 @@ static void answered(void *context, const outbound_reply *r) {
 
 /* ---- The call ---- */
 
-/* webhook-signature of the body; "" without a key. */
-static void sign(const calling *c, const char *id, long long time, char field[160]) {
+/* webhook-signature of the body; "" without a key. False when out of memory. */
+static bool sign(const calling *c, const char *id, long long time, char field[160]) {
   const char *key = c->all->service->set->callback_key;
   unsigned char sum[DIGEST_BYTES];
   char head[160];
   size_t length = 0;
   *field = '\0';
-  if (*key == '\0') return;
+  if (*key == '\0') return true;
   snprintf(head, sizeof head, "%s.%lld.", id, time);
   digest_sign(key, head, c->body, c->size, sum);
   char *text = base64_encode(sum, sizeof sum, &length);
-  if (text != NULL) snprintf(field, 160, "webhook-signature: v1,%s", text);
+  if (text == NULL) return false;
+  snprintf(field, 160, "webhook-signature: v1,%s", text);
   free(text);
+  return true;
 }
 
 static void send_call(calling *c) {
@@ -162,7 +164,10 @@ static void send_call(calling *c) {
   snprintf(id, sizeof id, "%s-%s", c->row.id, members[c->call.kind]);
   snprintf(id_field, sizeof id_field, "webhook-id: %s", id);
   snprintf(time_field, sizeof time_field, "webhook-timestamp: %lld", now);
-  sign(c, id, now, signature);
+  if (!sign(c, id, now, signature)) {
+    end_for_now(c, "out of memory");
+    return;
+  }
   const outbound_request r = {.url = c->extra.uri[c->call.kind],
                               .fields = {"Content-Type: application/json", id_field, time_field,
                                          *signature != '\0' ? signature : NULL},
@@ -227,8 +232,13 @@ static void begin(calling *c, const job_call *call) {
     clear(c);
     return;
   }
-  if (store_job_number(s, call->job, &c->row) != STORE_OK ||
-      store_extra(s, call->job, &c->extra) != STORE_OK || c->row.state == JOB_DISMISSED) {
+  store_result known = store_job_number(s, call->job, &c->row);
+  if (known == STORE_OK) known = store_extra(s, call->job, &c->extra);
+  if (known != STORE_OK && known != STORE_NONE) {
+    end_for_now(c, "the store cannot be read now");
+    return;
+  }
+  if (known == STORE_NONE || c->row.state == JOB_DISMISSED) {
     end_for_good(c); /* there is nothing to tell any more */
     return;
   }
@@ -272,7 +282,10 @@ static void look(callbacks *all) {
   all->looked = true;
   const bool shared = store_is_shared(all->service->store);
   all->due = shared ? unix_now() + look_seconds : INFINITY;
-  if (store_calls(jobs_store(all->service->jobs), 2 * AT_ONCE, note_found, &f) != STORE_OK) return;
+  if (store_calls(jobs_store(all->service->jobs), 2 * AT_ONCE, note_found, &f) != STORE_OK) {
+    all->due = unix_now() + first_pause;
+    return;
+  }
   const double now = unix_now();
   for (int k = 0; k < f.count; k++) {
     if (f.call[k].due > now) {

@@ -23,6 +23,7 @@ struct stream {
   bool owes;    /* a status is due, whatever the job keeps */
   bool ended;   /* nothing follows what is due */
   bool beats;   /* a heartbeat is due */
+  bool broken;  /* there was no memory for what was due */
   double quiet; /* when the next one will be */
   char *text;   /* being sent; malloc'ed */
   size_t size, sent;
@@ -43,6 +44,7 @@ static const char *const names[] = {[JOB_EVENT_STATUS] = "status",
                                     [JOB_EVENT_RESIDUAL] = "residual"};
 
 static void set_text(stream *t, int length, char *text) {
+  t->broken = length < 0;
   t->text = length >= 0 ? text : NULL;
   t->size = length >= 0 ? (size_t)length : 0;
   t->sent = 0;
@@ -106,7 +108,7 @@ static void next(stream *t) {
   } else if (t->now.active != NULL) {
     next_of_job(t);
   }
-  if (t->text == NULL && t->beats) write_heartbeat(t);
+  if (t->text == NULL && t->beats && !t->broken) write_heartbeat(t);
   t->beats = false;
   if (t->text != NULL) t->quiet = loop_now() + t->service->set->heartbeat_seconds;
 }
@@ -114,7 +116,8 @@ static void next(stream *t) {
 static ssize_t read_stream(void *self, char *room, size_t size) {
   stream *t = self;
   if (t->text == NULL) next(t);
-  if (t->text == NULL) return t->ended ? -1 : 0;
+  if (t->broken) return EXCHANGE_BROKEN; /* the client comes again, for what it lacks */
+  if (t->text == NULL) return t->ended ? EXCHANGE_END : 0;
   const size_t left = t->size - t->sent, step = left < size ? left : size;
   memcpy(room, t->text + t->sent, step);
   t->sent += step;

@@ -436,11 +436,8 @@ static store_result dismiss_stored(jobs *j, const job_row *row, job_view *view) 
   return result == STORE_FULL ? write_dismissed(j->store, &view->row) : result;
 }
 
-store_result jobs_dismiss(jobs *j, const job_row *row, job_view *view) {
-  if (j->shared != NULL) return job_shared_dismiss(j, row, view);
-  job *c = job_find(j, row->id);
-  *view = (job_view){0};
-  if (c == NULL) return dismiss_stored(j, row, view);
+static void dismiss_active(job *c) {
+  jobs *j = c->all;
   if (c->row.parts > 0) {
     store_filter parts = {.states = ~0u,
                           .created_most = INFINITY,
@@ -451,6 +448,14 @@ store_result jobs_dismiss(jobs *j, const job_row *row, job_view *view) {
   }
   job_stop(c);
   job_become(c, JOB_DISMISSED, "dismissed");
+}
+
+store_result jobs_dismiss(jobs *j, const job_row *row, job_view *view) {
+  if (j->shared != NULL) return job_shared_dismiss(j, row, view);
+  job *c = job_find(j, row->id);
+  *view = (job_view){0};
+  if (c == NULL) return dismiss_stored(j, row, view);
+  if (c->row.state != JOB_DISMISSED) dismiss_active(c); /* else it is, but not yet stored */
   *view = job_look(c);
   view->active = NULL;
   jobs_flush(j); /* c may be gone after this */

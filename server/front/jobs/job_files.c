@@ -72,10 +72,11 @@ static bool keep_small(job *c, job_file kind, int fd, size_t size) {
 
 /* ---- Quotas ---- */
 
-/* With what is being written. */
+/* With what is being written; -1 when that cannot be known now. */
 static int64_t count(void *self, const char *owner) {
   const jobs *j = self;
   int64_t bytes = store_job_bytes(j->store, owner);
+  if (bytes < 0) return -1;
   for (const job_filing *f = j->filings; f != NULL; f = f->next) {
     const bool counts = f->job != NULL && f->kind != JOB_CHECKPOINT &&
                         (*owner == '\0' || strcmp(owner, f->job->row.submitter) == 0);

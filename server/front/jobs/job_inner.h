@@ -144,7 +144,7 @@ void job_fail(job *c, int status, const char *format, ...) __attribute__((format
 void job_advance(job *c, double fraction);
 void job_part_ended(job *part); /* its batch is told; once it is stored */
 void job_end_batch(job *batch); /* all its parts have ended */
-bool job_enqueue(job *c, bool first);
+void job_enqueue(job *c, bool first);
 void job_stop(job *c);  /* off the queue, off its worker or its executor */
 bool job_adopt(job *c); /* from the executor, which still has it */
 

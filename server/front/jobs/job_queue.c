@@ -3,17 +3,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* The waiting jobs of one submitter at one priority. Lanes of a priority form a ring in the order
- * of their turns: the first has the next one. */
-typedef struct queue_lane {
-  struct queue_lane *next;
-  queue_node *first, *last;
-  int priority;
-  char submitter[];
-} queue_lane;
-
 struct job_queue {
-  queue_lane *lanes[JOB_PRIORITIES];
+  queue_node *turns[JOB_PRIORITIES]; /* a ring: the submitter of the first has the next turn */
   size_t length;
 };
 
@@ -21,92 +12,90 @@ job_queue *job_queue_new(void) {
   return calloc(1, sizeof(job_queue));
 }
 
-static void append(queue_lane **end, queue_lane *lane) {
-  while (*end != NULL) end = &(*end)->next;
-  lane->next = NULL;
-  *end = lane;
-}
-
-static void unlink_lane(job_queue *q, queue_lane *lane) {
-  queue_lane **at = &q->lanes[lane->priority];
-  while (*at != lane) at = &(*at)->next;
-  *at = lane->next;
-}
-
 void job_queue_free(job_queue **q) {
-  if (*q == NULL) return;
-  for (int k = 0; k < JOB_PRIORITIES; k++) {
-    while ((*q)->lanes[k] != NULL) {
-      queue_lane *lane = (*q)->lanes[k];
-      (*q)->lanes[k] = lane->next;
-      free(lane);
-    }
-  }
   free(*q);
   *q = NULL;
 }
 
-static queue_lane *lane_of(job_queue *q, const char *submitter, int priority) {
-  for (queue_lane *l = q->lanes[priority]; l != NULL; l = l->next) {
-    if (strcmp(l->submitter, submitter) == 0) return l;
-  }
-  const size_t length = strlen(submitter);
-  queue_lane *lane = calloc(1, sizeof *lane + length + 1);
-  if (lane == NULL) return NULL;
-  memcpy(lane->submitter, submitter, length + 1);
-  lane->priority = priority;
-  append(&q->lanes[priority], lane);
-  return lane;
+/* Where the ring refers to the first node of a submitter; its end if there is none. */
+static queue_node **place_of(job_queue *q, const char *submitter, int priority) {
+  queue_node **at = &q->turns[priority];
+  while (*at != NULL && strcmp((*at)->submitter, submitter) != 0) at = &(*at)->turn;
+  return at;
 }
 
-bool job_queue_add(job_queue *q, queue_node *node, void *owner, const char *submitter, int priority,
+static void add_last(queue_node *head, queue_node *node) {
+  node->previous = head->last;
+  head->last->next = node;
+  head->last = node;
+}
+
+/* Before the first of its submitter, if there is one, in whose place it stands then. */
+static void add_first(queue_node **at, queue_node *node) {
+  queue_node *head = *at;
+  node->last = head != NULL ? head->last : node;
+  node->turn = head != NULL ? head->turn : NULL;
+  node->next = head;
+  if (head != NULL) head->previous = node;
+  *at = node;
+}
+
+void job_queue_add(job_queue *q, queue_node *node, void *owner, const char *submitter, int priority,
                    bool first) {
-  queue_lane *lane = lane_of(q, submitter, priority);
-  if (lane == NULL) return false;
-  *node = (queue_node){.lane = lane, .owner = owner};
-  node->previous = first ? NULL : lane->last;
-  node->next = first ? lane->first : NULL;
-  *(node->previous != NULL ? &node->previous->next : &lane->first) = node;
-  *(node->next != NULL ? &node->next->previous : &lane->last) = node;
+  queue_node **at = place_of(q, submitter, priority);
+  *node = (queue_node){.owner = owner, .submitter = submitter, .priority = priority, .waits = true};
+  if (first || *at == NULL) {
+    add_first(at, node);
+  } else {
+    add_last(*at, node);
+  }
   q->length++;
-  return true;
 }
 
-/* Takes a node out of its lane, which stays. */
-static queue_lane *take_out(job_queue *q, queue_node *node) {
-  queue_lane *lane = node->lane;
-  *(node->previous != NULL ? &node->previous->next : &lane->first) = node->next;
-  *(node->next != NULL ? &node->next->previous : &lane->last) = node->previous;
-  node->lane = NULL;
-  q->length--;
-  return lane;
+/* Takes out the first of its submitter: the next one stands in its place. */
+static void remove_first(queue_node **at) {
+  queue_node *node = *at, *head = node->next;
+  *at = head != NULL ? head : node->turn;
+  if (head == NULL) return;
+  head->previous = NULL;
+  head->turn = node->turn;
+  head->last = node->last;
 }
 
-static void drop_if_empty(job_queue *q, queue_lane *lane) {
-  if (lane->first != NULL) return;
-  unlink_lane(q, lane);
-  free(lane);
+static void remove_later(queue_node *head, queue_node *node) {
+  node->previous->next = node->next;
+  *(node->next != NULL ? &node->next->previous : &head->last) = node->previous;
 }
 
 void job_queue_remove(job_queue *q, queue_node *node) {
-  if (node->lane != NULL) drop_if_empty(q, take_out(q, node));
+  if (!node->waits) return;
+  queue_node **at = place_of(q, node->submitter, node->priority);
+  if (node == *at) {
+    remove_first(at);
+  } else {
+    remove_later(*at, node);
+  }
+  node->waits = false;
+  q->length--;
 }
 
-/* The turn of this lane: its oldest job goes, and the lane to the end of the ring. */
-static void *serve(job_queue *q, queue_lane *lane) {
-  queue_node *node = lane->first;
-  take_out(q, node);
-  unlink_lane(q, lane);
-  append(&q->lanes[lane->priority], lane);
-  drop_if_empty(q, lane);
+/* The turn of a submitter: its oldest job goes, and the submitter to the end of the ring. */
+static void *serve(job_queue *q, queue_node *node) {
+  queue_node *next = node->next;
+  job_queue_remove(q, node);
+  if (next != NULL) {
+    *place_of(q, next->submitter, next->priority) = next->turn;
+    next->turn = NULL;
+    *place_of(q, next->submitter, next->priority) = next;
+  }
   return node->owner;
 }
 
 void *job_queue_take(job_queue *q, bool (*fits)(void *context, void *owner), void *context) {
   for (int priority = JOB_PRIORITIES - 1; priority >= 0; priority--) {
-    for (queue_lane *lane = q->lanes[priority]; lane != NULL; lane = lane->next) {
-      if (fits(context, lane->first->owner)) return serve(q, lane);
-      if (++lane->first->passed > JOB_PATIENCE) return NULL;
+    for (queue_node *first = q->turns[priority]; first != NULL; first = first->turn) {
+      if (fits(context, first->owner)) return serve(q, first);
+      if (++first->passed > JOB_PATIENCE) return NULL;
     }
   }
   return NULL;

@@ -10,6 +10,9 @@
 #include "keep.h"
 #include "log.h"
 
+/* (s) after a failure, and as others may have jobs that expire */
+static const double patience = 60;
+
 /* ---- Starting ---- */
 
 typedef struct {
@@ -51,7 +54,7 @@ void job_wait_again(job *c) {
   if (c->row.state == JOB_RUNNING) {
     job_become(c, JOB_ACCEPTED, "waits again: the service ended in attempt %d", c->row.attempts);
   }
-  if (j->shared == NULL) (void)job_enqueue(c, false); /* else whoever takes it */
+  if (j->shared == NULL) job_enqueue(c, false); /* else whoever takes it */
 }
 
 static bool take_up(void *context, const job_row *row) {
@@ -103,7 +106,7 @@ bool jobs_recover(jobs *j, fault *why) {
   }
   keep_sweep(store_files(j->store), wanted, j);
   executor_sweep(j->executor, is_active, j);
-  j->expiry = store_first_expiry(j->store);
+  j->expiry = store_first_expiry(j->store, unix_now() + patience);
   if (r.count > 0) log_say(LOG_INFO, "recovered", "%d jobs wait again", r.count);
   return true;
 }
@@ -142,11 +145,11 @@ static bool forget(jobs *j, expired *e) {
 }
 
 void jobs_expire(jobs *j) {
-  static const double pause = 60; /* after a failure, and as others may have jobs that expire */
   expired *e = calloc(1, sizeof *e);
   const bool good = e != NULL && forget(j, e);
-  j->expiry = good ? store_first_expiry(j->store) : unix_now() + pause;
-  if (j->shared != NULL) j->expiry = fmin(j->expiry, unix_now() + pause);
+  const double later = unix_now() + patience;
+  j->expiry = good ? store_first_expiry(j->store, later) : later;
+  if (j->shared != NULL) j->expiry = fmin(j->expiry, later);
   free(e);
 }
 

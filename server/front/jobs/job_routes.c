@@ -149,22 +149,36 @@ static void (*const results[JOB_STATES])(const service *s, exchange *x, const jo
     [JOB_DISMISSED] = refuse_dismissed,
 };
 
-/* All results of a batch, or those of its request number item2. */
-static void serve_batch(const service *s, exchange *x, const job_view *view) {
-  job_row part;
+static store_result find_part(const service *s, const job_row *batch, const char *text,
+                              job_row *part) {
   char *end = NULL;
-  const long index = *x->item2 != '\0' ? strtol(x->item2, &end, 10) : -1;
-  if (*x->item2 == '\0') {
-    results_task *t = results_task_new(x);
-    if (t != NULL) t->batch = batch_results_new(s, x, view);
-  } else if (*end != '\0' || index < 0 || index >= view->row.parts ||
-             store_part(jobs_store(s->jobs), view->row.number, (int)index, &part) != STORE_OK) {
-    exchange_refuse(x, 404, "batch %s has no request \"%.64s\", it has 0 to %d", view->row.id,
-                    x->item2, view->row.parts - 1);
+  const long index = strtol(text, &end, 10);
+  if (*end != '\0' || index < 0 || index >= batch->parts) return STORE_NONE;
+  return store_part(jobs_store(s->jobs), batch->number, (int)index, part);
+}
+
+static void serve_part(const service *s, exchange *x, const job_row *batch) {
+  job_row part;
+  const store_result result = find_part(s, batch, x->item2, &part);
+  if (result == STORE_NONE) {
+    exchange_refuse(x, 404, "batch %s has no request \"%.64s\", it has 0 to %d", batch->id,
+                    x->item2, batch->parts - 1);
+  } else if (result != STORE_OK) {
+    job_refuse_store(x, result);
   } else {
     *x->item2 = '\0';
     results[part.state](s, x, &part);
   }
+}
+
+/* All results of a batch, or those of its request number item2. */
+static void serve_batch(const service *s, exchange *x, const job_view *view) {
+  if (*x->item2 != '\0') {
+    serve_part(s, x, &view->row);
+    return;
+  }
+  results_task *t = results_task_new(x);
+  if (t != NULL) t->batch = batch_results_new(s, x, view);
 }
 
 void job_results_serve(const service *s, exchange *x) {

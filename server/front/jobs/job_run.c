@@ -190,7 +190,7 @@ static bool wait_again(job *c, const char *why) {
   if (c->row.attempts >= c->all->set->job_attempts) return false;
   retreat(c);
   job_become(c, JOB_ACCEPTED, "waits again: %s in attempt %d", why, c->row.attempts);
-  (void)job_enqueue(c, true);
+  job_enqueue(c, true);
   return true;
 }
 
@@ -233,8 +233,8 @@ static void end_replied(job *c, const pool_outcome *o) {
     keep_result(c, o);
     return;
   }
-  const bool unheard = o->status == 503 && c->all->shared != NULL; /* values by reference */
-  if (unheard && wait_again(c, "the database did not answer")) {
+  const bool unheard = o->status == 503; /* a value by reference could not be had now */
+  if (unheard && wait_again(c, "a value by reference could not be had")) {
     log_say(LOG_INFO, "retry", "job %s", c->row.id);
   } else {
     end_refused(c, o);
@@ -275,7 +275,7 @@ static void end_elsewhere(job *c, const pool_outcome *o) {
   c->row.attempts--;
   c->is_for_worker = true;
   if (c->row.state == JOB_RUNNING) job_become(c, JOB_ACCEPTED, "waits for a worker");
-  (void)job_enqueue(c, true);
+  job_enqueue(c, true);
 }
 
 static void (*const ends[])(job *c, const pool_outcome *o) = {
@@ -387,7 +387,8 @@ static bool start(job *c) {
   open_checkpoint(c, &ask);
   if (goes_away(c)) return start_away(c, &ask);
   c->task = pool_start(c->all->pool, &ask, c->body, c->checkpoint, &calls, c);
-  if (c->task == NULL) {
+  if (c->task == NULL) { /* if no worker is to blame, none will say when there is room again */
+    if (pool_has_room(c->all->pool)) c->all->pause = loop_now() + pause_seconds;
     close_files(c);
     return false;
   }
@@ -405,16 +406,13 @@ void jobs_schedule(void *self) {
     if (c == NULL && j->shared != NULL && job_shared_take(j->shared)) continue;
     if (c == NULL) return;
     if (start(c)) continue;
-    (void)job_enqueue(c, true);
+    job_enqueue(c, true);
     return;
   }
 }
 
-bool job_enqueue(job *c, bool first) {
-  jobs *j = c->all;
-  if (job_queue_add(j->queue, &c->node, c, c->row.submitter, c->row.priority, first)) return true;
-  job_fail(c, 500, "out of memory in the queue");
-  return false;
+void job_enqueue(job *c, bool first) {
+  job_queue_add(c->all->queue, &c->node, c, c->row.submitter, c->row.priority, first);
 }
 
 void job_stop(job *c) {

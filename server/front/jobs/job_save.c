@@ -176,11 +176,11 @@ static void begin_waiting(job *c) {
     job_shared_release(c);
     return;
   }
-  if (c->row.parts == 0 && c->row.state == JOB_ACCEPTED) (void)job_enqueue(c, false);
+  if (c->row.parts == 0 && c->row.state == JOB_ACCEPTED) job_enqueue(c, false);
   while (c->parts != NULL) {
     job *part = c->parts;
     c->parts = part->sibling;
-    (void)job_enqueue(part, false);
+    job_enqueue(part, false);
   }
 }
 

@@ -23,7 +23,7 @@ static const double beats = 5, burials = 3; /* per lease */
 /* ---- Storing ---- */
 
 void job_shared_mark(job *c) {
-  const bool is_ours = c->task != NULL || c->run != NULL || c->node.lane != NULL;
+  const bool is_ours = c->task != NULL || c->run != NULL || c->node.waits;
   snprintf(c->row.holder, sizeof c->row.holder, "%s", is_ours ? c->all->shared->id : "");
 }
 
@@ -125,7 +125,8 @@ bool job_shared_take(job_shared *h) {
   if (result != STORE_OK) return false;
   if (h->waiting > 0) h->waiting--;
   job *c = job_take_up(h, &row);
-  return c != NULL && job_enqueue(c, false);
+  if (c != NULL) job_enqueue(c, false);
+  return c != NULL;
 }
 
 /* ---- What is ours ---- */
@@ -158,7 +159,7 @@ static void adopt(job_shared *h, const job_row *row) {
   if (row->parts > 0) {
     job_give_back(c);
   } else if (row->state == JOB_ACCEPTED) {
-    (void)job_enqueue(c, false);
+    job_enqueue(c, false);
   } else {
     job_wait_again(c);
   }

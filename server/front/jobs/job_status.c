@@ -186,7 +186,7 @@ void job_refuse_store(exchange *x, store_result why) {
   } else if (why == STORE_DOWN || why == STORE_BUSY ||
              why == STORE_TAKEN) { /* taken by what has gone since */
     exchange_add(x, "Retry-After", "5");
-    exchange_refuse(x, 503, "the database of the service does not answer");
+    exchange_refuse(x, 503, "the database of the service does not answer, or has no memory now");
   } else {
     exchange_refuse(x, 500, "the store does not work; the log knows more under request %s", x->id);
   }

@@ -1,5 +1,6 @@
 #include "rendering.h"
 
+#include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <unistd.h>
@@ -38,6 +39,15 @@ static bool wish(exchange *x, ipc_ask *ask) {
   return true;
 }
 
+/* When a job is dismissed its file goes first. */
+static void refuse_unopened(exchange *x, const char *id, int error) {
+  if (error == ENOENT) {
+    job_refuse_dismissed(x, id);
+  } else {
+    job_refuse_store(x, error == EHOSTDOWN ? STORE_DOWN : STORE_FAILED);
+  }
+}
+
 rendering *rendering_new(const service *s, exchange *x, const job_row *row, const char *output) {
   static const pool_calls calls = {done, NULL};
   ipc_ask ask = {.work = IPC_RENDER,
@@ -57,7 +67,7 @@ rendering *rendering_new(const service *s, exchange *x, const job_row *row, cons
   }
   *r = (rendering){.service = s, .x = x, .body = jobs_result(s->jobs, row)};
   if (r->body < 0) {
-    job_refuse_dismissed(x, row->id); /* its file goes first */
+    refuse_unopened(x, row->id, errno);
   } else {
     r->task = pool_submit(s->pool, &ask, r->body, &calls, r);
     if (r->task != NULL) return r;

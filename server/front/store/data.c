@@ -44,7 +44,7 @@ static void run(void *self) {
     log_say(LOG_DEBUG, "expired", "data %s", id);
     return;
   }
-  d->expiry = fmax(now + patience, store_data_first_expiry(d->store));
+  d->expiry = fmax(now + patience, store_data_first_expiry(d->store, now + patience));
   if (store_is_shared(d->store)) d->expiry = fmin(d->expiry, now + look_seconds);
 }
 
@@ -63,7 +63,7 @@ static bool is_wanted(void *context, const char *name) {
 data_store *data_new(loop *l, const parameters *set, store *s, clerk *k) {
   data_store *d = calloc(1, sizeof *d);
   if (d == NULL) return NULL;
-  *d = (data_store){.set = set, .store = s, .clerk = k, .expiry = store_data_first_expiry(s)};
+  *d = (data_store){.set = set, .store = s, .clerk = k, .expiry = store_data_first_expiry(s, 0)};
   if (!store_is_shared(s)) keep_sweep(store_data_files(s), is_wanted, d);
   loop_add(l, (loop_chore){due, run, d});
   return d;

@@ -40,6 +40,7 @@ static data_result result_of(store_result result) {
 
 static data_result result_of_errno(int error) {
   if (error == ENOSPC || error == EDQUOT) return DATA_FULL;
+  if (error == ENOMEM) return DATA_DOWN;
   log_say(LOG_ERROR, "data", "%s", strerror(error));
   return DATA_FAILED;
 }
@@ -92,9 +93,10 @@ static data_result renew(data_filing *f) {
   return result == STORE_OK ? DATA_KNOWN : result_of(result);
 }
 
-/* With those that are being written. */
+/* With those that are being written; -1 when that cannot be known now. */
 static int64_t bytes_of(const data_store *d, const char *owner) {
   int64_t bytes = store_data_bytes(d->store, owner);
+  if (bytes < 0) return -1;
   for (const data_filing *f = d->first; f != NULL; f = f->next) {
     const bool counts = f->writes && (*owner == '\0' || strcmp(f->row.owner, owner) == 0);
     if (counts) bytes += f->row.size;
@@ -102,10 +104,12 @@ static int64_t bytes_of(const data_store *d, const char *owner) {
   return bytes;
 }
 
-static bool has_room(const data_filing *f) {
+/* DATA_NEW if there is some. */
+static data_result look_for_room(const data_filing *f) {
   const data_store *d = f->all;
-  return bytes_of(d, "") + f->row.size <= d->set->data_bytes &&
-         bytes_of(d, f->row.owner) + f->row.size <= f->most;
+  const int64_t all = bytes_of(d, ""), own = bytes_of(d, f->row.owner), size = f->row.size;
+  if (all < 0 || own < 0) return DATA_DOWN;
+  return all + size <= d->set->data_bytes && own + size <= f->most ? DATA_NEW : DATA_QUOTA;
 }
 
 static void date(data_filing *f) {
@@ -159,12 +163,13 @@ static void written(void *self) {
 static void place(data_filing *f) {
   data_store *d = f->all;
   const data_result known = renew(f);
-  if (known != DATA_NEW) {
-    end(f, known);
-  } else if (find_equal(d, f->row.id, true) != NULL) {
+  if (known == DATA_NEW && find_equal(d, f->row.id, true) != NULL) {
     f->waits = true;
-  } else if (!has_room(f)) {
-    end(f, DATA_QUOTA);
+    return;
+  }
+  const data_result result = known == DATA_NEW ? look_for_room(f) : known;
+  if (result != DATA_NEW) {
+    end(f, result);
   } else if (store_is_shared(d->store)) {
     end(f, write_shared(f));
   } else {

@@ -209,8 +209,8 @@ store_result store_expired(store *s, double now, store_visit *visit, void *conte
   return sql_visit(s, EXPIRED, visit, context);
 }
 
-double store_first_expiry(store *s) {
-  return sql_number_of(s, FIRST_EXPIRY, INFINITY);
+double store_first_expiry(store *s, double unknown) {
+  return sql_number_of(s, FIRST_EXPIRY, INFINITY, unknown);
 }
 
 store_result store_shift(store *s, double by) {
@@ -228,7 +228,7 @@ store_result store_shift(store *s, double by) {
 
 int64_t store_job_bytes(store *s, const char *owner) {
   sql_text(s, JOB_BYTES, ":owner", owner);
-  return (int64_t)sql_number_of(s, JOB_BYTES, 0);
+  return (int64_t)sql_number_of(s, JOB_BYTES, 0, -1);
 }
 
 store_result store_list(store *s, const store_filter *f, store_visit *visit, void *context) {

@@ -27,7 +27,7 @@ typedef enum {
   STORE_LIMIT,  /* its submitter has as many jobs as it may */
   STORE_BUSY,   /* another daemon is at it, and hangs */
   STORE_FULL,   /* the disk is, or a quota */
-  STORE_DOWN,   /* the database does not answer; it is tried again all the time */
+  STORE_DOWN,   /* the database does not answer, or has no memory: which passes */
   STORE_FAILED, /* anything else; the log knows */
 } store_result;
 
@@ -96,11 +96,11 @@ store_result store_active(store *s, store_visit *visit, void *context);
 /* Jobs whose time is over. */
 store_result store_expired(store *s, double now, store_visit *visit, void *context);
 
-/* The earliest `expires` of a job; INFINITY without any. */
-double store_first_expiry(store *s);
+/* The earliest `expires` of a job; INFINITY without any, `unknown` when it cannot be read. */
+double store_first_expiry(store *s, double unknown);
 
 /* Bytes of the requests of jobs that are not over and of the results of all, of those of
- * `owner` if that is not "". Cost: all jobs. */
+ * `owner` if that is not ""; -1 when they cannot be read. Cost: all jobs. */
 int64_t store_job_bytes(store *s, const char *owner);
 
 /* Which jobs a list shows. */
@@ -176,7 +176,7 @@ int store_data_files(const store *s);
 store_result store_data_add(store *s, const data_row *row);
 store_result store_data(store *s, const char *id, data_row *row);
 
-/* Sum of all sizes, of those of `owner` if that is not "". */
+/* Sum of all sizes, of those of `owner` if that is not ""; -1 when they cannot be read. */
 int64_t store_data_bytes(store *s, const char *owner);
 
 /* It stays at least until `expires`. */
@@ -185,9 +185,10 @@ store_result store_data_renew(store *s, const char *id, double expires);
 /* Is a job waiting or running that refers to it? */
 bool store_data_is_pinned(store *s, const char *id);
 
-/* One whose time is over and that no such job needs; the earliest time, INFINITY without any. */
+/* One whose time is over and that no such job needs; the earliest time, INFINITY without any,
+ * `unknown` when it cannot be read. */
 store_result store_data_expired(store *s, double now, char id[DATA_ID]);
-double store_data_first_expiry(store *s);
+double store_data_first_expiry(store *s, double unknown);
 
 /* Removes one that expires at `most`; STORE_NONE if it does not, by now. */
 store_result store_data_remove(store *s, const char *id, double most);

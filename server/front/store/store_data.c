@@ -36,7 +36,7 @@ store_result store_data(store *s, const char *id, data_row *row) {
 
 int64_t store_data_bytes(store *s, const char *owner) {
   sql_text(s, DATA_BYTES, ":owner", owner);
-  return (int64_t)sql_number_of(s, DATA_BYTES, 0);
+  return (int64_t)sql_number_of(s, DATA_BYTES, 0, -1);
 }
 
 store_result store_data_renew(store *s, const char *id, double expires) {
@@ -60,8 +60,8 @@ store_result store_data_expired(store *s, double now, char id[DATA_ID]) {
   return result;
 }
 
-double store_data_first_expiry(store *s) {
-  return sql_number_of(s, DATA_FIRST_EXPIRY, INFINITY);
+double store_data_first_expiry(store *s, double unknown) {
+  return sql_number_of(s, DATA_FIRST_EXPIRY, INFINITY, unknown);
 }
 
 store_result store_data_remove(store *s, const char *id, double most) {

@@ -102,12 +102,12 @@ store_result store_held(store *s, const char *holder, store_visit *visit, void *
 }
 
 int64_t store_waiting(store *s) {
-  return (int64_t)sql_number_of(s, WAITING, -1);
+  return (int64_t)sql_number_of(s, WAITING, -1, -1);
 }
 
 int64_t store_active_of(store *s, const char *submitter) {
   sql_text(s, ACTIVE_OF, ":submitter", submitter);
-  return (int64_t)sql_number_of(s, ACTIVE_OF, 0);
+  return (int64_t)sql_number_of(s, ACTIVE_OF, 0, 0);
 }
 
 store_result store_lock_jobs(store *s, const char *submitter) {
@@ -130,12 +130,12 @@ store_result store_progress(store *s, const job_row *row) {
 
 bool store_has_active_part(store *s, int64_t parent) {
   sql_long(s, PART_ACTIVE, ":number", parent);
-  return sql_number_of(s, PART_ACTIVE, 1) > 0; /* if it cannot be read: perhaps */
+  return sql_number_of(s, PART_ACTIVE, 1, 1) > 0; /* if it cannot be read: perhaps */
 }
 
 double store_part_progress(store *s, int64_t parent) {
   sql_long(s, PART_PROGRESS, ":number", parent);
-  return sql_number_of(s, PART_PROGRESS, 0);
+  return sql_number_of(s, PART_PROGRESS, 0, 0);
 }
 
 store_result store_done_batches(store *s, store_visit *visit, void *context) {

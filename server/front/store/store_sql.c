@@ -167,9 +167,10 @@ void *sql_fetch_blob(store *s, statement k, size_t *size) {
   return copy;
 }
 
-double sql_number_of(store *s, statement k, double otherwise) {
-  double value = otherwise;
-  if (sql_step(s, k) == STORE_OK && !s->door->is_null(s, k, 0)) value = sql_get_real(s, k, 0);
+double sql_number_of(store *s, statement k, double none, double unknown) {
+  const store_result result = sql_step(s, k);
+  double value = result == STORE_OK || result == STORE_NONE ? none : unknown;
+  if (result == STORE_OK && !s->door->is_null(s, k, 0)) value = sql_get_real(s, k, 0);
   sql_reset(s, k);
   return value;
 }

@@ -68,12 +68,12 @@ void sql_get_text(store *s, statement k, int c, char *room, size_t size);
 int64_t sql_get_long(store *s, statement k, int c);
 double sql_get_real(store *s, statement k, int c);
 
-/* The one job, every job, the blob (malloc'ed), the number that a statement gives; with the reset.
- */
+/* The one job, every job, the blob (malloc'ed), the number that a statement gives (`none` if it
+ * gives none, `unknown` if it fails); with the reset. */
 store_result sql_fetch(store *s, statement k, job_row *row);
 store_result sql_visit(store *s, statement k, store_visit *visit, void *context);
 void *sql_fetch_blob(store *s, statement k, size_t *size);
-double sql_number_of(store *s, statement k, double otherwise);
+double sql_number_of(store *s, statement k, double none, double unknown);
 
 bool sql_is_open(const store *s); /* is there a transaction? */
 

@@ -30,7 +30,7 @@ static store_result failure(sqlite3 *db, int code) {
   if ((code & 0xff) == SQLITE_FULL) return STORE_FULL;
   if (sqlite3_system_errno(db) == ENOSPC || sqlite3_system_errno(db) == EDQUOT) return STORE_FULL;
   log_say(LOG_ERROR, "store", "%s", sqlite3_errmsg(db));
-  return STORE_FAILED;
+  return (code & 0xff) == SQLITE_NOMEM ? STORE_DOWN : STORE_FAILED; /* it passes */
 }
 
 static store_result step(store *s, statement k) {
