@@ -1,278 +1,15 @@
-#include "http.h"
-
+/* What libmicrohttpd calls, and the loop. */
 #include <errno.h>
 #include <math.h>
-#include <microhttpd.h>
-#include <poll.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <strings.h>
 #include <sys/epoll.h>
 #include <sys/socket.h>
-#include <unistd.h>
 
-#include "admit.h"
-#include "drain.h"
-#include "ip.h"
+#include "http_inner.h"
 #include "log.h"
-#include "seam.h"
 #include "tls.h"
-
-static const double sweep_seconds = 0.25;  /* how often slow connections are looked for */
-static const double hangup_seconds = 1;    /* for what a client that closed had still sent */
-static const double breath_seconds = 0.05; /* between tries to accept when that fails */
-
-typedef enum { IDLE, HEADER, BODY, PENDING, REPLYING } state;
-
-typedef struct connection connection;
-struct connection {
-  connection *next, *previous;
-  http *http;
-  struct MHD_Connection *mhd;
-  int fd;
-  state state;
-  double since;  /* when it became idle */
-  double heard;  /* when something of a request last came */
-  bool used;     /* it has carried a request */
-  bool clean;    /* nothing unread can be left of its last request */
-  bool refused;  /* its request is, before all of the body was read */
-  bool vanished; /* the client closed its side */
-  bool asleep;   /* REPLYING: its source has nothing to say */
-  exchange *x;   /* not IDLE */
-  loop_source hangup;
-  bool is_remote; /* of another machine, at an address */
-  ip from;
-};
-
-struct http {
-  loop *loop;
-  const parameters *set;
-  http_handler handler;
-  http_place place;
-  struct MHD_Daemon *mhd;
-  int epoll;
-  loop_source source;
-  drain *drain;
-  connection *connections;
-  double sweep; /* time of the next one */
-  bool wake;    /* libmicrohttpd has something to do that its descriptor does not tell */
-  bool quiet;
-  int count;      /* connections */
-  int64_t opened; /* connections so far */
-  int64_t waited; /* `opened` when somebody was last seen waiting to be accepted, -1: nobody was */
-  int vain;       /* runs in a row that should have accepted somebody and did not */
-  double breath;  /* when to look at its descriptor again, INFINITY: it is looked at */
-  int pending;
-};
-
-/* ---- Reading the request ---- */
-
-const char *http_argument(const exchange *x, const char *name) {
-  const connection *c = x->connection;
-  return MHD_lookup_connection_value(c->mhd, MHD_GET_ARGUMENT_KIND, name);
-}
-
-typedef struct {
-  const char *name;
-  int count;
-} tally;
-
-static enum MHD_Result count_argument(void *self, enum MHD_ValueKind kind, const char *name,
-                                      const char *value) {
-  tally *t = self;
-  (void)kind;
-  (void)value;
-  t->count += strcmp(name, t->name) == 0;
-  return MHD_YES;
-}
-
-int http_arguments(const exchange *x, const char *name) {
-  const connection *c = x->connection;
-  tally t = {name, 0};
-  MHD_get_connection_values(c->mhd, MHD_GET_ARGUMENT_KIND, count_argument, &t);
-  return t.count;
-}
-
-void http_peer(const exchange *x, char *room, size_t size) {
-  const connection *c = x->connection;
-  const union MHD_ConnectionInfo *info =
-      MHD_get_connection_info(c->mhd, MHD_CONNECTION_INFO_CLIENT_ADDRESS);
-  snprintf(room, size, "local");
-  if (info == NULL || info->client_addr == NULL) return;
-  ip_show(info->client_addr, room, size);
-}
-
-typedef struct {
-  const char *name, *first;
-  int count;
-  char *room;
-  size_t size;
-} gather;
-
-static enum MHD_Result gather_field(void *self, enum MHD_ValueKind kind, const char *name,
-                                    const char *value) {
-  gather *g = self;
-  (void)kind;
-  if (strcasecmp(name, g->name) != 0) return MHD_YES;
-  if (value == NULL) value = "";
-  if (g->count++ == 0) {
-    g->first = value;
-    if (g->size > 0) snprintf(g->room, g->size, "%s", value);
-  } else if (g->size > 0) {
-    const size_t used = strlen(g->room);
-    snprintf(g->room + used, g->size - used, ", %s", value);
-  }
-  return MHD_YES;
-}
-
-const char *http_field(const exchange *x, const char *name, char *room, size_t size) {
-  const connection *c = x->connection;
-  gather g = {.name = name, .room = room, .size = size};
-  MHD_get_connection_values(c->mhd, MHD_HEADER_KIND, gather_field, &g);
-  return g.count > 1 && size > 0 ? room : g.first;
-}
-
-static const char *single_field(const connection *c, const char *name, int *count) {
-  gather g = {.name = name};
-  MHD_get_connection_values(c->mhd, MHD_HEADER_KIND, gather_field, &g);
-  *count = g.count;
-  return g.first;
-}
-
-static enum MHD_Result join_field(void *self, enum MHD_ValueKind kind, const char *name,
-                                  const char *value) {
-  (void)kind;
-  seam_field(self, name, value != NULL ? value : "");
-  return MHD_YES;
-}
-
-/* From 1.0 on the library reads headers as others do. */
-static bool is_broken(const connection *c, const char *method, size_t size) {
-  seam s = {.is_strict = *MHD_get_version() == '0'};
-  MHD_get_connection_values(c->mhd, MHD_HEADER_KIND, join_field, &s);
-  if (size > 0) seam_end(&s, method + size);
-  return s.is_broken;
-}
-
-static void read_head(const connection *c, const char *method, const char *version, head *out) {
-  const union MHD_ConnectionInfo *size =
-      MHD_get_connection_info(c->mhd, MHD_CONNECTION_INFO_REQUEST_HEADER_SIZE);
-  int ignored;
-  *out = (head){.method = method, .size = size != NULL ? size->header_size : 0};
-  out->broken = is_broken(c, method, out->size);
-  out->old = strcmp(version, "HTTP/1.0") == 0;
-  out->id = single_field(c, "X-Request-Id", &ignored);
-  out->host = single_field(c, "Host", &out->hosts);
-  out->length = single_field(c, "Content-Length", &out->lengths);
-  out->coding = single_field(c, "Transfer-Encoding", &out->codings);
-  out->accept = http_field(c->x, "Accept", out->room, sizeof out->room);
-}
-
-/* ---- Sending the reply ---- */
-
-/* Replies up to this size are copied into memory and leave in one piece with their header, which
- * is cheaper than sendfile. */
-static const size_t small = 16384;
-
-static struct MHD_Response *response_of_file(exchange_reply *r) {
-  char bytes[16384];
-  const int fd = r->fd;
-  if (r->size > small) {
-    struct MHD_Response *response = MHD_create_response_from_fd_at_offset64(r->size, fd, r->offset);
-    if (response != NULL) r->fd = -1; /* the response closes it */
-    return response;
-  }
-  if (pread(fd, bytes, r->size, (off_t)r->offset) != (ssize_t)r->size) return NULL;
-  return MHD_create_response_from_buffer(r->size, bytes, MHD_RESPMEM_MUST_COPY);
-}
-
-/* Asks the source of a reply for more; without any the connection sleeps until http_wake. */
-static ssize_t read_source(void *self, uint64_t position, char *room, size_t size) {
-  connection *c = self;
-  const exchange_source *source = &c->x->reply.source;
-  (void)position;
-  if (c->vanished) return MHD_CONTENT_READER_END_WITH_ERROR;
-  const ssize_t length = source->read(source->self, room, size);
-  if (length == EXCHANGE_END) return MHD_CONTENT_READER_END_OF_STREAM;
-  if (length < 0) return MHD_CONTENT_READER_END_WITH_ERROR;
-  c->asleep = length == 0;
-  if (c->asleep) MHD_suspend_connection(c->mhd);
-  return length;
-}
-
-/* The body of a reply that has none, whatever its length. */
-static ssize_t read_nothing(void *self, uint64_t position, char *room, size_t size) {
-  (void)self, (void)position, (void)room, (void)size;
-  return MHD_CONTENT_READER_END_WITH_ERROR;
-}
-
-static struct MHD_Response *response_of(connection *c) {
-  exchange_reply *r = &c->x->reply;
-  if (r->status == 304) {
-    return MHD_create_response_from_callback(r->size, 1, read_nothing, NULL, NULL);
-  }
-  if (r->source.read != NULL) {
-    return MHD_create_response_from_callback(MHD_SIZE_UNKNOWN, 4096, read_source, c, NULL);
-  }
-  if (r->fd >= 0) return response_of_file(r);
-  void *bytes = (void *)r->bytes;
-  const enum MHD_ResponseMemoryMode mode =
-      r->owned != NULL ? MHD_RESPMEM_MUST_FREE : MHD_RESPMEM_PERSISTENT;
-  struct MHD_Response *response = MHD_create_response_from_buffer(r->size, bytes, mode);
-  if (response != NULL) r->owned = NULL; /* the response frees it */
-  return response;
-}
-
-/* All of them or false: without its coding, say, a body means something else. */
-static bool add_fields(struct MHD_Response *response, const connection *c) {
-  const exchange_reply *r = &c->x->reply;
-  const char *const own[][2] = {
-      {"Content-Type", *r->type != '\0' ? r->type : NULL},
-      {"Content-Encoding", r->coding != CODING_IDENTITY ? coding_name(r->coding) : NULL},
-      {"X-Request-Id", c->x->id},
-      {"Connection", c->http->quiet || c->refused ? "close" : NULL}};
-  bool good = true;
-  for (size_t k = 0; k < sizeof own / sizeof *own && good; k++) {
-    good = own[k][1] == NULL || MHD_add_response_header(response, own[k][0], own[k][1]) == MHD_YES;
-  }
-  for (int k = 0; k < r->fields && good; k++) {
-    good = MHD_add_response_header(response, r->field[k].name, r->field[k].value) == MHD_YES;
-  }
-  return good;
-}
-
-static enum MHD_Result send_reply(connection *c) {
-  struct MHD_Response *response = response_of(c);
-  if (response == NULL) return MHD_NO;
-  c->state = REPLYING;
-  const enum MHD_Result result =
-      add_fields(response, c) ? MHD_queue_response(c->mhd, (unsigned)c->x->reply.status, response)
-                              : MHD_NO; /* closes */
-  MHD_destroy_response(response);
-  return result;
-}
-
-/* Replies in the middle of a request, where libmicrohttpd cannot: writes the reply that is set to
- * the socket as far as it goes (a problem always fits its buffer), to be closed after it. */
-static void last_word(connection *c) {
-  const exchange_reply *r = &c->x->reply;
-  char text[4096];
-  const int length = snprintf(text, sizeof text,
-                              "HTTP/1.1 %d %s\r\nContent-Type: %s\r\nContent-Length: %zu\r\n"
-                              "X-Request-Id: %s\r\nConnection: close\r\n\r\n%.*s",
-                              r->status, problem_phrase(r->status), r->type, r->size, c->x->id,
-                              (int)r->size, (const char *)r->bytes);
-  c->refused = true;
-  if (length <= 0 || (size_t)length >= sizeof text) return;
-  const union MHD_ConnectionInfo *info =
-      MHD_get_connection_info(c->mhd, MHD_CONNECTION_INFO_GNUTLS_SESSION);
-  if (info != NULL) {
-    tls_send(info->tls_session, text, (size_t)length);
-  } else {
-    send(c->fd, text, (size_t)length, MSG_NOSIGNAL | MSG_DONTWAIT);
-  }
-}
 
 /* ---- Waiting for the reply ---- */
 
@@ -328,14 +65,14 @@ static void *on_target(void *self, const char *target, struct MHD_Connection *mh
 static enum MHD_Result on_header(connection *c, const char *method, const char *version) {
   const http *h = c->http;
   head facts;
-  read_head(c, method, version, &facts);
+  http_read_head(c, method, version, &facts);
   if (exchange_find_path(c->x)) h->handler.look(h->handler.self, c->x);
   if (admit(c->x, &facts, h->set, &h->place)) h->handler.begin(h->handler.self, c->x);
   c->state = BODY;
   c->heard = loop_now();
   if (c->x->reply.status == 0 || !c->x->has_body) return MHD_YES;
   c->refused = true;
-  return send_reply(c);
+  return http_send(c);
 }
 
 static enum MHD_Result on_body(connection *c, const char *bytes, size_t *size) {
@@ -353,7 +90,7 @@ static enum MHD_Result on_body(connection *c, const char *bytes, size_t *size) {
     *size = 0;
     return MHD_YES;
   }
-  last_word(c);
+  http_last_word(c);
   return MHD_NO;
 }
 
@@ -366,7 +103,7 @@ static enum MHD_Result on_request(connection *c) {
     exchange_refuse(x, 503, "body: it cannot be read again now");
   }
   if (x->reply.status == 0) c->http->handler.serve(c->http->handler.self, x);
-  if (x->reply.status != 0) return send_reply(c);
+  if (x->reply.status != 0) return http_send(c);
   suspend(c);
   return MHD_YES;
 }
@@ -495,79 +232,6 @@ static void on_message(void *self, const char *format, va_list arguments) {
   log_say(refuses ? LOG_INFO : LOG_DEBUG, "http", "%s", text);
 }
 
-/* ---- Slow clients ---- */
-
-/* When the patience with a connection ends: a header has a fixed time; a body may neither pause
- * longer than that nor, on the whole, be slower than receive-rate. The sending of replies is
- * libmicrohttpd's to watch (idle-seconds). */
-static double deadline(const connection *c) {
-  const parameters *set = c->http->set;
-  if (c->vanished && c->state < PENDING) return c->heard + hangup_seconds;
-  switch (c->state) {
-    case IDLE:
-      return c->since + (c->used ? set->idle_seconds : set->receive_seconds);
-    case HEADER:
-      return c->x->began + set->receive_seconds;
-    case BODY:
-      return fmin(c->heard, c->x->began + (double)c->x->body.size / (double)set->receive_rate) +
-             set->receive_seconds;
-    default:
-      return INFINITY;
-  }
-}
-
-static void time_out(connection *c) {
-  if (c->x != NULL && c->x->reply.status == 0) {
-    exchange_refuse(c->x, 408,
-                    "request: it came too slowly (receive-seconds %g, receive-rate %lld)",
-                    c->http->set->receive_seconds, (long long)c->http->set->receive_rate);
-    last_word(c);
-  }
-  shutdown(c->fd, SHUT_RDWR); /* libmicrohttpd then closes it */
-}
-
-/* ---- When no connection can be accepted ----
- * Without a descriptor for it libmicrohttpd accepts nobody. If it has no connection, it goes on
- * trying, as fast as it is run: then its descriptor is left alone for a breath. If it has some, it
- * waits until one of them closes, however long that takes: then a connection that closes at once is
- * made for it as soon as there are descriptors again. */
-
-static void take_breath(http *h) {
-  loop_forget(h->loop, h->epoll, &h->source);
-  h->breath = loop_now() + breath_seconds;
-}
-
-static void look_again(http *h) {
-  h->breath = INFINITY;
-  if (!loop_watch(h->loop, h->epoll, EPOLLIN, &h->source)) take_breath(h);
-}
-
-static void knock(http *h) {
-  static const struct sockaddr nobody = {.sa_family = AF_UNIX};
-  int ends[2];
-  if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0, ends) != 0) return;
-  (void)MHD_add_connection(h->mhd, ends[0], &nobody, sizeof nobody); /* closes it in any case */
-  close(ends[1]);
-  h->wake = true;
-}
-
-/* Has somebody been waiting since the last sweep while there was room? */
-static void look_at_door(http *h) {
-  struct pollfd door = {.fd = h->place.listener, .events = POLLIN};
-  const bool waits = !h->quiet && h->count < h->set->connections && poll(&door, 1, 0) > 0;
-  if (waits && h->waited == h->opened) knock(h);
-  h->waited = waits ? h->opened : -1;
-}
-
-static void sweep(http *h) {
-  const double now = loop_now();
-  h->sweep = now + sweep_seconds;
-  look_at_door(h);
-  for (connection *c = h->connections; c != NULL; c = c->next) {
-    if (deadline(c) <= now) time_out(c);
-  }
-}
-
 /* ---- In the event loop ---- */
 
 static double due(void *self) {
@@ -584,8 +248,8 @@ static double due(void *self) {
 static void run(void *self) {
   http *h = self;
   h->wake = false;
-  if (h->breath <= loop_now()) look_again(h);
-  if (h->connections != NULL && h->sweep <= loop_now()) sweep(h);
+  if (h->breath <= loop_now()) http_look_again(h);
+  if (h->connections != NULL && h->sweep <= loop_now()) http_sweep(h);
   MHD_run(h->mhd);
 }
 
@@ -597,7 +261,7 @@ static void on_ready(void *self, uint32_t events) {
   (void)events;
   MHD_run(h->mhd);
   h->vain = alone && h->opened == opened ? h->vain + 1 : 0;
-  if (h->vain > PATIENCE) take_breath(h);
+  if (h->vain > PATIENCE) http_take_breath(h);
 }
 
 /* Seconds without traffic after which libmicrohttpd closes. It sends no 408, so our own patience
