@@ -70,6 +70,7 @@ static void remove_later(queue_node *head, queue_node *node) {
 void job_queue_remove(job_queue *q, queue_node *node) {
   if (!node->waits) return;
   queue_node **at = place_of(q, node->submitter, node->priority);
+  if (*at == NULL) return; /* cannot be: who waits is in there */
   if (node == *at) {
     remove_first(at);
   } else {

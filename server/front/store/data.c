@@ -84,8 +84,8 @@ static bool is_for(const char *owner, const data_row *row) {
 store_result data_find(data_store *d, const char *owner, const char *id, data_row *row) {
   const bool is_id = strlen(id) == DATA_ID - 1 && strspn(id, "0123456789abcdef") == DATA_ID - 1;
   const store_result result = is_id ? store_data(d->store, id, row) : STORE_NONE;
-  const bool is_over =
-      result == STORE_OK && row->expires <= unix_now() && !store_data_is_pinned(d->store, id);
+  const bool is_over = result == STORE_OK && row->expires <= unix_now() &&
+                       store_data_pinned(d->store, id) == STORE_NONE;
   return is_over || (result == STORE_OK && !is_for(owner, row)) ? STORE_NONE : result;
 }
 
@@ -95,5 +95,7 @@ int data_open(data_store *d, const data_row *row) {
 }
 
 store_result data_drop(data_store *d, const data_row *row) {
-  return store_data_is_pinned(d->store, row->id) ? STORE_FULL : forget(d, row->id, INFINITY);
+  const store_result pinned = store_data_pinned(d->store, row->id);
+  if (pinned == STORE_NONE) return forget(d, row->id, INFINITY);
+  return pinned == STORE_OK ? STORE_FULL : pinned;
 }

@@ -182,8 +182,8 @@ int64_t store_data_bytes(store *s, const char *owner);
 /* It stays at least until `expires`. */
 store_result store_data_renew(store *s, const char *id, double expires);
 
-/* Is a job waiting or running that refers to it? */
-bool store_data_is_pinned(store *s, const char *id);
+/* Is a job waiting or running that refers to it? STORE_NONE if not. */
+store_result store_data_pinned(store *s, const char *id);
 
 /* One whose time is over and that no such job needs; the earliest time, INFINITY without any,
  * `unknown` when it cannot be read. */

@@ -45,11 +45,11 @@ store_result store_data_renew(store *s, const char *id, double expires) {
   return sql_run(s, RENEW_DATA);
 }
 
-bool store_data_is_pinned(store *s, const char *id) {
+store_result store_data_pinned(store *s, const char *id) {
   sql_text(s, DATA_PINNED, ":id", id);
   const store_result result = sql_step(s, DATA_PINNED);
   sql_reset(s, DATA_PINNED);
-  return result != STORE_NONE; /* when in doubt it is */
+  return result;
 }
 
 store_result store_data_expired(store *s, double now, char id[DATA_ID]) {
