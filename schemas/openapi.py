@@ -61,7 +61,8 @@ OF_WORKERS = ("422", "500", "504")
 WAITED = ("Preference-Applied", "Content-Location")
 HEADERS_OF = {"401": ["WWW-Authenticate"], "404": ["Retry-After"], "429": ["Retry-After"], "503": ["Retry-After"],
               "415": ["Accept", "Accept-Encoding"], "416": ["Content-Range", "ETag",
-                                                             "Cache-Control", "Accept-Ranges"],
+                                                             "Cache-Control", "Accept-Ranges",
+                                                             "X-Content-Type-Options"],
               "406": ["ETag"], "422": WAITED, "500": WAITED, "504": WAITED}
 
 ABOUT = (
@@ -363,7 +364,7 @@ def jobs(processes):
 def data():
     """The paths of data."""
     kinds = (JSON, CBOR, "application/x-npy", "text/csv")
-    known = ["ETag", "Cache-Control", "Accept-Ranges"]
+    known = ["ETag", "Cache-Control", "Accept-Ranges", "X-Content-Type-Options"]
     kept = component("data-object")
     return {
         "/data": {"post": operation(

@@ -101,6 +101,14 @@ class Configuration(unittest.TestCase):
             self.assertEqual(d.stop(), 0)
 
 
+    def test_a_data_directory_of_everybody_is_complained_of(self):
+        with tempfile.TemporaryDirectory() as home:
+            os.chmod(home, 0o777)
+            d = daemon.Daemon("--data-dir", home)
+            d.wait_for_log("event=store .*everybody on this machine may write in")
+            self.assertEqual(d.stop(), 0)
+
+
 class Run(unittest.TestCase):
 
     def setUp(self):

@@ -101,6 +101,7 @@ class Objects(Real):
         path = "/data/" + info["id"]
         whole = self.get(path)
         tag = whole.headers["ETag"]
+        self.assertEqual(whole.headers["X-Content-Type-Options"], "nosniff")
         self.assertEqual(tag, '"%s"' % info["id"])
         self.assertEqual(whole.headers["Accept-Ranges"], "bytes")
         size = len(body)

@@ -10,9 +10,10 @@
 #include <string.h>
 #include <strings.h>
 #include <sys/epoll.h>
-#include <sys/mman.h>
 #include <sys/socket.h>
 #include <unistd.h>
+
+#include "memory_file.h"
 
 /* A socket of libcurl's in our loop. */
 typedef struct {
@@ -256,7 +257,7 @@ static size_t take_bytes(char *bytes, size_t one, size_t size, void *self) {
     snprintf(c->why, sizeof c->why, "its reply has more than %lld bytes", (long long)c->most);
     return CURL_WRITEFUNC_ERROR;
   }
-  if (c->fd < 0) c->fd = memfd_create("fetched", MFD_CLOEXEC);
+  if (c->fd < 0) c->fd = memory_file("fetched");
   const ssize_t written = c->fd >= 0 ? write(c->fd, bytes, size) : -1;
   c->size += written > 0 ? written : 0;
   return written == (ssize_t)size ? size : CURL_WRITEFUNC_ERROR;

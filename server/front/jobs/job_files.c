@@ -7,12 +7,12 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/mman.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include "job_inner.h"
 #include "keep.h"
+#include "memory_file.h"
 
 enum { SMALL = 16384 };
 
@@ -217,7 +217,7 @@ int job_files_open(jobs *j, const job_row *row, job_file kind) {
     name_file(row, kind, name);
     return keep_open(store_files(j->store), name);
   }
-  const int fd = memfd_create(kinds[kind], MFD_CLOEXEC);
+  const int fd = memory_file(kinds[kind]);
   if (fd >= 0 && write(fd, bytes, size) != (ssize_t)size) {
     close(fd);
     free(bytes);

@@ -5,12 +5,12 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/mman.h>
 #include <sys/sendfile.h>
 #include <unistd.h>
 
 #include "job_shared.h"
 #include "log.h"
+#include "memory_file.h"
 #include "problem.h"
 
 static const double weight_of_new = 0.05; /* in the mean time of a run */
@@ -21,7 +21,7 @@ enum { PROBLEM_BYTES = 1 << 16 };
 
 /* A part of a file as a file of its own, in memory; -1 with errno. */
 static int slice(int from, int64_t offset, int64_t size) {
-  const int to = memfd_create("request", MFD_CLOEXEC);
+  const int to = memory_file("request");
   off_t at = offset;
   while (to >= 0 && at < offset + size) {
     const ssize_t sent = sendfile(to, from, &at, (size_t)(offset + size - at));

@@ -120,7 +120,7 @@ bool pool_has_room(const pool *p) {
 /* The checkpoint follows its ask at once. */
 static bool send_checkpoint(worker *w, const pool_task *t, int fd) {
   const ipc_given given = {.status = 200, .size = t->ask.checkpoint};
-  return t->ask.checkpoint == 0 || ipc_send(w->child.socket, &given, sizeof given, fd);
+  return t->ask.checkpoint == 0 || worker_send(w, &given, sizeof given, fd);
 }
 
 pool_task *pool_start(pool *p, const ipc_ask *ask, int body, int checkpoint,
@@ -159,7 +159,7 @@ void pool_give(pool *p, pool_task *task, const ipc_given *given, int fd) {
   task->wishes = false;
   for (int k = 0; k < p->count; k++) {
     worker *w = &p->workers[k];
-    if (w->task == task && !ipc_send(w->child.socket, given, sizeof *given, fd)) worker_kill(w);
+    if (w->task == task && !worker_send(w, given, sizeof *given, fd)) worker_kill(w);
   }
 }
 

@@ -8,9 +8,15 @@
 #include "memory_file.h"
 #include "pool_worker.h"
 
+bool worker_send(worker *w, const void *message, size_t size, int fd) {
+  if (fd >= 0)
+    (void)memory_file_seal(fd); /* not a file's, of which a worker gets no more to write */
+  return ipc_send(w->child.socket, message, size, fd);
+}
+
 bool worker_give(worker *w, pool_task *t) {
   t->started = loop_now(); /* before, as the worker may be done when the send returns */
-  if (!ipc_send(w->child.socket, &t->ask, sizeof t->ask, t->body)) return false;
+  if (!worker_send(w, &t->ask, sizeof t->ask, t->body)) return false;
   counter_observe(COUNTER_WAIT_SECONDS, t->started - t->submitted, NO_LABELS);
   w->task = t;
   w->pool->jobs += t->is_job;

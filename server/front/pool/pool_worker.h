@@ -53,6 +53,10 @@ void worker_finish(worker *w, pool_outcome *outcome);
 
 /* ---- pool_talk.c: what is said ---- */
 
+/* Sends it a message and a descriptor (-1: none), whose bytes stay what they are whatever the
+ * worker does with it. False if it does not listen. */
+bool worker_send(worker *w, const void *message, size_t size, int fd);
+
 /* Gives it a task. False if it does not listen. */
 bool worker_give(worker *w, pool_task *t);
 

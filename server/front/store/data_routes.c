@@ -181,6 +181,7 @@ void data_get(const service *s, exchange *x) {
   snprintf(tag, sizeof tag, "\"%s\"", row.id);
   exchange_add(x, "ETag", "%s", tag);
   exchange_add(x, "Cache-Control", "private, immutable, max-age=86400");
+  exchange_add(x, "X-Content-Type-Options", "nosniff"); /* it is what somebody uploaded */
   if (is_known(x, tag)) {
     exchange_unchanged(x, (size_t)row.size);
     return;

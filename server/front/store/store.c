@@ -9,9 +9,16 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "log.h"
 #include "store_sql.h"
 
 /* ---- Opening ---- */
+
+static void tell_mode(const store *s, const char *path) {
+  struct stat facts;
+  if (fstat(s->directory, &facts) != 0 || (facts.st_mode & S_IWOTH) == 0) return;
+  log_say(LOG_ERROR, "store", "everybody on this machine may write in %s; chmod o-w it", path);
+}
 
 static bool lock_directory(store *s, const char *path, fault *why) {
   s->directory = open(path, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
@@ -20,7 +27,10 @@ static bool lock_directory(store *s, const char *path, fault *why) {
   }
   s->lock = openat(s->directory, "lock", O_RDWR | O_CREAT | O_CLOEXEC, 0600);
   if (s->lock < 0) return fault_set(why, "data-dir: cannot lock %.200s: %s", path, strerror(errno));
-  if (flock(s->lock, LOCK_EX | LOCK_NB) == 0) return true;
+  if (flock(s->lock, LOCK_EX | LOCK_NB) == 0) {
+    tell_mode(s, path);
+    return true;
+  }
   return fault_set(why, "data-dir: another daemon uses %.200s", path);
 }
 

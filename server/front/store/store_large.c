@@ -3,9 +3,9 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <stdlib.h>
-#include <sys/mman.h>
 #include <unistd.h>
 
+#include "memory_file.h"
 #include "store_sql.h"
 
 enum { PIECE = 1 << 20 };
@@ -34,7 +34,7 @@ store_result store_add_large(store *s, const char *owner, int which, int fd, siz
 /* A nameless file where large bodies go, too; in memory if there is none to be had. */
 static int nameless(const store *s) {
   int file = openat(s->directory, ".", O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);
-  if (file < 0) file = memfd_create("large", MFD_CLOEXEC);
+  if (file < 0) file = memory_file("large");
   return file;
 }
 
