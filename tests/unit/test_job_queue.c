@@ -129,6 +129,7 @@ static void test_fit(void **state) {
  * one priority in their order. */
 static void test_random(void **state) {
   enum { COUNT = 2000 };
+  static const char *const submitters[] = {"a", "b", "c"};
   uint64_t r = seed_new("random");
   entry *e = calloc(COUNT, sizeof *e);
   int priority[COUNT], last[3][JOB_PRIORITIES];
@@ -138,7 +139,7 @@ static void test_random(void **state) {
   for (int k = 0; k < COUNT; k++) {
     const int who = seed_below(&r, 3);
     priority[k] = seed_below(&r, JOB_PRIORITIES);
-    add(q, &e[k], "", (const char[]){(char)('a' + who), '\0'}, priority[k]);
+    add(q, &e[k], "", submitters[who], priority[k]);
     e[k].size = who;
   }
   int before = JOB_PRIORITIES;
