@@ -185,8 +185,10 @@ static bool is_passing(int error) {
   return error == EMFILE || error == ENFILE || error == ENOMEM || error == EHOSTDOWN;
 }
 
-/* This attempt came to nothing, by no fault of the job: it waits for the next, if it has one. */
+/* This attempt came to nothing, by no fault of the job: it waits for the next, if it has one. Not
+ * one that never ran, which an executor has refused. */
 static bool wait_again(job *c, const char *why) {
+  if (c->row.state != (int)JOB_RUNNING) return false;
   if (c->row.attempts >= c->all->set->job_attempts) return false;
   retreat(c);
   job_become(c, JOB_ACCEPTED, "waits again: %s in attempt %d", why, c->row.attempts);
