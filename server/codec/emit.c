@@ -37,6 +37,13 @@ void *emit_take(emit *e, size_t *size) {
   return bytes;
 }
 
+char *emit_take_text(emit *e, size_t *size) {
+  char *end = emit_room(e, 1);
+  if (end == NULL) return NULL;
+  *end = '\0';
+  return emit_take(e, size);
+}
+
 char *emit_room(emit *e, size_t n) {
   char *room = e->failed ? NULL : grow_room(&e->bytes, n);
   e->failed = room == NULL;

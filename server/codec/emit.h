@@ -33,6 +33,9 @@ const void *emit_bytes(const emit *e, size_t *size);
 /* Hands them over: malloc'ed, NULL if there are none; `e` is as new. */
 void *emit_take(emit *e, size_t *size);
 
+/* The same with a NUL behind them, which does not count; NULL when anything has failed. */
+char *emit_take_text(emit *e, size_t *size);
+
 void emit_object(emit *e);
 void emit_list(emit *e);
 void emit_end(emit *e);

@@ -1,9 +1,6 @@
 #include "model_error.h"
 
-#include <stdlib.h>
-#include <string.h>
-
-#include "emit.h"
+#include "member.h"
 
 static const struct {
   int status;
@@ -18,32 +15,20 @@ const char *model_error_type(int status) {
   return status < 500 ? "InvalidInput" : "InvalidOutput";
 }
 
-static void emit_member(emit *e, const char *key, const char *text) {
-  emit_key(e, key);
-  emit_text(e, text);
-}
-
 static void emit_error(emit *e, const char *type, const char *message) {
   emit_object(e);
-  emit_key(e, "error");
-  emit_object(e);
-  emit_member(e, "type", type);
-  emit_member(e, "message", message);
+  member_object(e, "error");
+  member_text(e, "type", type);
+  member_text(e, "message", message);
   emit_end(e);
   emit_end(e);
 }
 
 char *model_error_bytes(const char *type, const char *message, size_t *size) {
-  char *copy = NULL;
   emit *e = emit_new(EMIT_JSON);
   if (e == NULL) return NULL;
   emit_error(e, type, message);
-  const void *bytes = emit_ok(e) ? emit_bytes(e, size) : NULL;
-  if (bytes != NULL) copy = malloc(*size + 1);
-  if (copy != NULL) {
-    memcpy(copy, bytes, *size);
-    copy[*size] = '\0';
-  }
+  char *text = emit_take_text(e, size);
   emit_free(&e);
-  return copy;
+  return text;
 }

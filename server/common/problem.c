@@ -3,7 +3,6 @@
 #include <stdarg.h>
 #include <stdbool.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "emit.h"
@@ -140,17 +139,10 @@ static void emit_problem(emit *e, const problem *p) {
 }
 
 char *problem_bytes(const problem *p, size_t *size) {
-  char *copy = NULL;
   emit *e = emit_new(EMIT_JSON);
   if (e == NULL) return NULL;
   emit_problem(e, p);
-  if (!emit_ok(e)) goto done;
-  const void *bytes = emit_bytes(e, size);
-  copy = malloc(*size + 1);
-  if (copy == NULL) goto done;
-  memcpy(copy, bytes, *size);
-  copy[*size] = '\0';
-done:
+  char *text = emit_take_text(e, size);
   emit_free(&e);
-  return copy;
+  return text;
 }

@@ -2,7 +2,6 @@
 
 #include <stdarg.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "by_href.h"
@@ -152,11 +151,8 @@ static void reply_json(reply *r, int status, char *bytes) {
   r->bytes = bytes;
 }
 
-static void reply_emitted(reply *r, int status, const emit *e) {
-  const void *bytes = e && emit_ok(e) ? emit_bytes(e, &r->size) : NULL;
-  char *copy = bytes ? malloc(r->size ? r->size : 1) : NULL;
-  if (copy) memcpy(copy, bytes, r->size);
-  reply_json(r, status, copy);
+static void reply_emitted(reply *r, int status, emit *e) {
+  reply_json(r, status, e ? emit_take_text(e, &r->size) : NULL);
 }
 
 static void reply_error(reply *r, int status, const char *type, const char *format, ...)

@@ -80,6 +80,7 @@ static const char *path_of(const char *target) {
 }
 
 bool exchange_find_path(exchange *x) {
+  if (*x->path != '\0') return true; /* it was found before; none is empty */
   const char *from = path_of(x->target);
   if (from == NULL) return false;
   char *to = x->path;

@@ -340,7 +340,7 @@ static bool add_parts(job *c, const job_part *parts) {
   return true;
 }
 
-static int places(const job *c) {
+int job_places(const job *c) {
   return c->row.parts > 0 ? c->row.parts : 1;
 }
 
@@ -356,7 +356,7 @@ static bool is_key_taken(const job *c) {
 
 /* Its request is kept. */
 static void accept_job(job *c, int error) {
-  jobs_hold(c->all, -places(c));
+  jobs_hold(c->all, -job_places(c));
   if (error != 0 || is_key_taken(c)) {
     job_refuse(c, error != 0 ? result_of_errno(error) : STORE_TAKEN);
     return;
@@ -371,7 +371,7 @@ static void accept_job(job *c, int error) {
 store_result jobs_add(jobs *j, const job_order *order) {
   job *c = job_of_order(j, order);
   if (c != NULL && add_parts(c, order->parts)) {
-    jobs_hold(j, places(c));
+    jobs_hold(j, job_places(c));
     job_files_keep(c, JOB_REQUEST, order->body, (size_t)c->row.size, accept_job);
     return STORE_OK;
   }

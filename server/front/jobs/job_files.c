@@ -97,12 +97,10 @@ static bool has_room(job *c, int64_t size) {
 
 /* ---- Files ---- */
 
-/* In the thread. A large memory file takes a while to close, too. */
+/* In the thread. */
 static void write_file(void *self) {
   job_filing *f = self;
-  f->error = keep_file(f->at, f->name, f->fd, f->size) ? 0 : errno;
-  if (f->fd >= 0) close(f->fd);
-  f->fd = -1;
+  f->error = keep_taken(f->at, f->name, &f->fd, f->size);
 }
 
 static void free_filing(job_filing *f) {

@@ -115,6 +115,7 @@ void job_become(job *c, job_state state, const char *format, ...)
 void job_touch(job *c);                     /* it is updated; never earlier than it was */
 void job_tell(job *c, job_event_kind kind); /* an event, and everybody who watches */
 job_view job_look(const job *c);
+int job_places(const job *c); /* in the queue and of its submitter's: its parts, or its own */
 
 /* job_files.c */
 /* Keeps the first `size` bytes of fd, which it takes; then calls `kept` with 0 or an errno: at

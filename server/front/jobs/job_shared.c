@@ -61,8 +61,8 @@ store_result job_shared_tell(job_shared *h, const job *first) {
 }
 
 bool job_shared_may_add(const job *c) {
-  const int64_t more = c->row.parts > 0 ? c->row.parts : 1;
-  return store_active_of(c->all->store, c->row.submitter) + more <= c->extra->jobs_most;
+  const int64_t others = store_active_of(c->all->store, c->row.submitter);
+  return others + job_places(c) <= c->extra->jobs_most;
 }
 
 void job_shared_settle(job *c) {

@@ -9,8 +9,7 @@
 #include "pool_worker.h"
 
 bool worker_send(worker *w, const void *message, size_t size, int fd) {
-  if (fd >= 0)
-    (void)memory_file_seal(fd); /* not a file's, of which a worker gets no more to write */
+  if (fd >= 0) (void)memory_file_seal(fd); /* in vain if it is none */
   return ipc_send(w->child.socket, message, size, fd);
 }
 

@@ -145,12 +145,10 @@ static data_result add_row(data_filing *f) {
 
 /* ---- Step by step ---- */
 
-/* In the thread. A large memory file takes a while to close, too. */
+/* In the thread. */
 static void write_file(void *self) {
   data_filing *f = self;
-  f->error = keep_file(f->folder, f->row.id, f->fd, (size_t)f->row.size) ? 0 : errno;
-  if (f->fd >= 0) close(f->fd);
-  f->fd = -1;
+  f->error = keep_taken(f->folder, f->row.id, &f->fd, (size_t)f->row.size);
 }
 
 static void written(void *self) {

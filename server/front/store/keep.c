@@ -55,6 +55,13 @@ bool keep_file(int at, const char *name, int from, size_t size) {
   return good;
 }
 
+int keep_taken(int at, const char *name, int *from, size_t size) {
+  const int error = keep_file(at, name, *from, size) ? 0 : errno;
+  if (*from >= 0) close(*from);
+  *from = -1;
+  return error;
+}
+
 bool keep_link(int at, const char *name, const char *other) {
   unlinkat(at, other, 0);
   return linkat(at, name, at, other, 0) == 0 && fsync(at) == 0;

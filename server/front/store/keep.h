@@ -12,6 +12,10 @@
  * fsyncs. */
 bool keep_file(int at, const char *name, int from, size_t size);
 
+/* The same with a descriptor of its own (-1: none), which is closed here, since with a large memory
+ * file that takes a while, too, and is -1 then. 0 or an errno. */
+int keep_taken(int at, const char *name, int *from, size_t size);
+
 /* A second name for a file of the directory, durable as well. */
 bool keep_link(int at, const char *name, const char *other);
 
