@@ -351,13 +351,15 @@ static void die_if(const ipc_news *news) {
   if (__atomic_fetch_sub(&all->kills, 1, __ATOMIC_SEQ_CST) > 0) raise(SIGKILL);
 }
 
-/* Once it has said where it is; before it has replied. */
+/* Once it has said where it is; before it has replied, and not after: who has the reply may already
+ * have ordered the next death. */
 ssize_t sendmsg(int fd, const struct msghdr *message, int flags) {
   const ipc_news *news = message->msg_iov->iov_base;
   const int is_news = is_worker && message->msg_iov->iov_len == sizeof *news;
-  if (is_news && news->kind == IPC_REPLY) die_if(news);
+  const int is_reply = is_news && news->kind == IPC_REPLY;
+  if (is_reply) die_if(news);
   const ssize_t sent =
       NEXT(ssize_t(*)(int, const struct msghdr *, int), "sendmsg")(fd, message, flags);
-  if (is_news) die_if(news);
+  if (is_news && !is_reply) die_if(news);
   return sent;
 }

@@ -78,7 +78,9 @@ class Faults:
     def kill_in(self, phase, times=1):
         """So many workers die where they begin this phase; "fetch", "keep", "checkpoint": once they
         have asked for that; "reply": just before it."""
-        struct.pack_into("=q32s", self.page, CLOCK + 8, times, phase.encode())
+        struct.pack_into("=q", self.page, CLOCK + 8, 0)
+        struct.pack_into("=32s", self.page, CLOCK + 16, phase.encode())
+        struct.pack_into("=q", self.page, CLOCK + 8, times)  # last: it begins with this
 
     def kills_left(self):
         return struct.unpack_from("=q", self.page, CLOCK + 8)[0]
