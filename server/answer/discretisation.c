@@ -2,18 +2,20 @@
 
 #include <math.h>
 
-/* Rows are made of squares of distances and of what is divided by them: both must be numbers. */
-static const double least_distance = 1e-150, most_distance = 1e150;
+/* Rows are made of squares of distances and of weights over them: both must be numbers. */
+static const double least_spacing = 1e-150, most_spacing = 1e150;
 
 static sct_status check_scale(task *t, const double *nearest, int64_t n, double spacing) {
-  if (!(spacing >= least_distance && spacing <= most_distance)) {
+  if (!(spacing >= least_spacing && spacing <= most_spacing)) {
     return sct_fail(&t->error, SCT_E_ARGUMENT, 0, "is in a cloud of spacing %g, needs %g to %g",
-                    spacing, least_distance, most_distance);
+                    spacing, least_spacing, most_spacing);
   }
   for (int64_t i = 0; i < n; i++) {
-    if (nearest[i] >= least_distance) continue;
+    if (isfinite(spacing / nearest[i] / nearest[i] / nearest[i]))
+      continue; /* the steepest kernel */
     return sct_fail(&t->error, SCT_E_ARGUMENT, i,
-                    "is %g away from another point, needs %g at least", nearest[i], least_distance);
+                    "is %g away from another point, too near for a spacing of %g", nearest[i],
+                    spacing);
   }
   return SCT_OK;
 }
