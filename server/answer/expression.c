@@ -114,7 +114,7 @@ bool expression_is_name(const char *name) {
   size_t length = 0;
   if (!isalpha((unsigned char)*name)) return false;
   while (is_name_char(name[length])) length++;
-  return name[length] == '\0' && length < EXPRESSION_NAME;
+  return length < EXPRESSION_NAME && name[length] == '\0';
 }
 
 /* The parser */

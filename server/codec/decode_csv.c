@@ -84,7 +84,7 @@ static bool is_all_numbers(const char *at, const char *end) {
  * header, it would be lost without a word. */
 static bool is_header(const char *at, const char *end) {
   const char *first = skip_blanks(at, end);
-  bool begins_number = first < end && memchr("+-.0123456789", *first, 13) != NULL;
+  bool begins_number = first < end && *first != '\0' && strchr("+-.0123456789", *first) != NULL;
   return !begins_number && !is_all_numbers(at, end);
 }
 
