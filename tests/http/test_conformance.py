@@ -41,7 +41,9 @@ class Conformance(daemon.Case):
         return reply.json["jobID"]
 
     def finish(self, job):
-        return self.get(f"/jobs/{job}", Prefer="wait=30").json
+        return daemon.wait_until(
+            lambda: (lambda info: info if info["status"] in TERMINAL else None)(
+                self.get(f"/jobs/{job}", Prefer="wait=30").json), f"the end of {job}")
 
     def at(self, address):
         """GET of an absolute link of ours."""
@@ -183,7 +185,7 @@ class Core(Conformance):
         self.assertNotIn(None, info.values())
         self.assertEqual([link["href"] for link in info["links"] if link["rel"] == "monitor"],
                          [location])
-        end = time.monotonic() + 30
+        end = time.monotonic() + daemon.PATIENCE
         while info["status"] not in TERMINAL and time.monotonic() < end:
             reply = self.at(location)
             info = reply.json
@@ -326,11 +328,9 @@ class Dismiss(Conformance):
     def test_running(self):
         """/req/dismiss/job-dismiss-op, /req/dismiss/job-dismiss-success"""
         job = self.submit({"pause": 60})
-        began = time.monotonic()
         reply = self.request("DELETE", f"/jobs/{job}")
         self.assertEqual((reply.status, reply.type), (200, "application/json"))
         self.assertEqual((reply.json["jobID"], reply.json["status"]), (job, "dismissed"))
-        self.assertLess(time.monotonic() - began, 10)
         self.assertEqual(self.get(f"/jobs/{job}").json["status"], "dismissed")
         self.assert_problem(self.get(f"/jobs/{job}/results"), 410)
         self.assert_problem(self.request("DELETE", f"/jobs/{job}"), 410)
