@@ -140,7 +140,7 @@ class Daemon:
         if store is None and shares_store():
             store = database(os.path.basename(self.directory))
         self.store = store
-        shared = ["--store", store, "--lease-seconds", "3"] if store else []
+        shared = ["--store", store, "--lease-seconds", "6"] if store else []
         self.process = subprocess.Popen(
             [program(stub), "--listen", listen, "--data-dir", self.data, "--hosts", "*", *shared,
              *options, *shlex.split(os.environ.get("SCATTERD_OPTIONS", ""))],
