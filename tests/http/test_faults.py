@@ -178,11 +178,11 @@ def solve(cells):
 class SlowSolve(daemon.Case):
     """The real worker, in the middle of a solve that takes seconds."""
     stub = False
-    options = ["--workers", "1", "--seconds", "2"]  # enough to be in some phase by then
+    options = ["--workers", "1", "--seconds", "4"]  # enough to be in some phase by then
 
     def test_time_limit(self):
         problem = self.assert_problem(self.execute(solve([40, 40, 40])), 504,
-                                      "2 s", "in phase")
+                                      "4 s", "in phase")
         self.assertRegex(problem["detail"], "in phase [a-z ]+ after")
         small = {"inputs": {"message": "alive"}}
         reply = self.execute(json.dumps(small), "/processes/echo/execution")
