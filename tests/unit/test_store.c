@@ -514,6 +514,7 @@ static void test_large_bytes(void **state) {
   assert_int_equal(lseek(fd, 0, SEEK_END), SIZE);
   assert_int_equal(pread(fd, back, SIZE, 0), SIZE);
   assert_memory_equal(bytes, back, SIZE);
+  assert_int_equal(pwrite(fd, "x", 1, 0), -1); /* a worker is given it to read */
   close(fd);
   assert_int_equal(store_add_large(s, "x", 1, from, 10), STORE_OK); /* in place of the longer one */
   fd = store_open_large(s, "x", 1);
@@ -586,13 +587,33 @@ static void test_a_key_is_taken_once(void **state) {
   store_close(&s);
 }
 
+/* One that a failure of the store became is again what it was, as far as a client is told. */
+static void test_errors(void **state) {
+  (void)state;
+  static const struct {
+    int error;
+    store_result means;
+  } cases[] = {{0, STORE_OK},        {ENOSPC, STORE_FULL},   {EDQUOT, STORE_FULL},
+               {ENOMEM, STORE_DOWN}, {EMFILE, STORE_DOWN},   {ENFILE, STORE_DOWN},
+               {EIO, STORE_FAILED},  {ENOENT, STORE_FAILED}, {EROFS, STORE_FAILED}};
+  static const store_result back[] = {STORE_OK, STORE_FULL, STORE_DOWN, STORE_FAILED};
+  for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+    assert_int_equal(store_result_of(cases[k].error), cases[k].means);
+    assert_int_equal(store_blame("test", cases[k].error), cases[k].means);
+  }
+  for (size_t k = 0; k < sizeof back / sizeof *back; k++) {
+    assert_int_equal(store_result_of(store_errno(back[k])), back[k]);
+  }
+}
+
 #define CASE(f) cmocka_unit_test_setup_teardown(f, make_directory, remove_directory)
 
 int main(void) {
   const struct CMUnitTest both[] = {
-      CASE(test_row_comes_back),   CASE(test_one_at_a_time), CASE(test_transactions),
-      CASE(test_keys_and_digests), CASE(test_filters),       CASE(test_active_parts_and_expiry),
-      CASE(test_log_and_calls),    CASE(test_files),         CASE(test_any_bytes),
+      CASE(test_row_comes_back),     CASE(test_one_at_a_time), CASE(test_transactions),
+      CASE(test_keys_and_digests),   CASE(test_filters),       CASE(test_active_parts_and_expiry),
+      CASE(test_log_and_calls),      CASE(test_files),         CASE(test_any_bytes),
+      cmocka_unit_test(test_errors),
   };
   const struct CMUnitTest own[] = {
       CASE(test_old_tables_become_new),

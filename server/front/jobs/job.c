@@ -278,11 +278,6 @@ static bool make_id(char id[JOB_ID]) {
   return true;
 }
 
-static store_result result_of_errno(int error) {
-  if (error == EHOSTDOWN) return STORE_DOWN;
-  return error == ENOSPC || error == EDQUOT ? STORE_FULL : STORE_FAILED;
-}
-
 /* A new job as the order has it. */
 static job *job_of_order(jobs *j, const job_order *o) {
   job_row row = o->row;
@@ -358,7 +353,7 @@ static bool is_key_taken(const job *c) {
 static void accept_job(job *c, int error) {
   jobs_hold(c->all, -job_places(c));
   if (error != 0 || is_key_taken(c)) {
-    job_refuse(c, error != 0 ? result_of_errno(error) : STORE_TAKEN);
+    job_refuse(c, error != 0 ? store_blame("job", error) : STORE_TAKEN);
     return;
   }
   c->row.created = c->row.updated = unix_now(); /* which may have been set since */
@@ -384,7 +379,7 @@ store_result jobs_add_answered(jobs *j, const job_order *order, const job_row *o
   job *c = job_of_order(j, order);
   if (c == NULL) return STORE_FAILED;
   if (!job_files_copy(c, other)) {
-    const store_result result = result_of_errno(errno);
+    const store_result result = store_blame("job", errno);
     job_free(c);
     return result;
   }

@@ -180,11 +180,6 @@ static void end_refused(job *c, const pool_outcome *o) {
                *o->detail != '\0' ? o->detail : problem_phrase(o->status));
 }
 
-/* Does an error say that the front lacks something that it will have again? */
-static bool is_passing(int error) {
-  return error == EMFILE || error == ENFILE || error == ENOMEM || error == EHOSTDOWN;
-}
-
 /* This attempt came to nothing, by no fault of the job: it waits for the next, if it has one. Not
  * one that never ran, which an executor has refused. */
 static bool wait_again(job *c, const char *why) {
@@ -197,9 +192,9 @@ static bool wait_again(job *c, const char *why) {
 }
 
 static void end_unkept(job *c, int error) {
-  const bool full = error == ENOSPC || error == EDQUOT;
-  if (is_passing(error) && wait_again(c, "the result could not be kept")) return;
-  job_fail(c, full ? 507 : 500, "the result cannot be kept: %s", strerror(error));
+  const store_result why = store_result_of(error);
+  if (why == STORE_DOWN && wait_again(c, "the result could not be kept")) return;
+  job_fail(c, why == STORE_FULL ? 507 : 500, "the result cannot be kept: %s", strerror(error));
 }
 
 /* Until its result is kept it counts as running, with its memory, where the result may be. */
@@ -371,7 +366,7 @@ bool job_adopt(job *c) {
  * come. False if it waits. */
 static bool give_up(job *c, int error) {
   jobs *j = c->all;
-  if (!is_passing(error)) c->row.attempts++;
+  if (store_result_of(error) != STORE_DOWN) c->row.attempts++;
   if (error != ENOENT && c->row.attempts < j->set->job_attempts) {
     j->pause = loop_now() + pause_seconds;
     return false;

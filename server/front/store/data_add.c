@@ -10,7 +10,6 @@
 #include "data_inner.h"
 #include "digest.h"
 #include "keep.h"
-#include "log.h"
 
 struct data_filing {
   data_filing *next, **at;
@@ -39,10 +38,7 @@ static data_result result_of(store_result result) {
 }
 
 static data_result result_of_errno(int error) {
-  if (error == ENOSPC || error == EDQUOT) return DATA_FULL;
-  if (error == ENOMEM) return DATA_DOWN;
-  log_say(LOG_ERROR, "data", "%s", strerror(error));
-  return DATA_FAILED;
+  return result_of(store_blame("data", error));
 }
 
 static data_filing *find_equal(const data_store *d, const char *id, bool writes) {

@@ -50,6 +50,12 @@ struct store {
 bool sql_open(store *s, const char *where, fault *why);
 void sql_close(store *s);
 
+/* For the doors: makes the tables as they are now of those of `version`, 0 if there are none, -1 if
+ * that cannot be told. `become` runs a text and writes the version it leads to, both or none. False
+ * with *why for a version that is not known, else when `become` fails. */
+bool sql_make_tables(store *s, int version, bool (*become)(store *s, const char *text, int version),
+                     fault *why);
+
 void sql_text(store *s, statement k, const char *name, const char *text);
 void sql_long(store *s, statement k, const char *name, int64_t value);
 void sql_real(store *s, statement k, const char *name, double value);
