@@ -24,6 +24,7 @@ typedef struct {
 typedef struct {
   int fd; /* 0 for none */
   size_t size;
+  char draft[STORE_DRAFT]; /* where its bytes are in the store by now, "" for nowhere */
 } job_large;
 
 typedef struct job_filing job_filing; /* a file that is being written, of job_files.c */

@@ -90,12 +90,18 @@ store *store_open(const char *directory, const char *url, fault *why) {
   if (!lock_directory(s, directory, why) || !open_files(s, why) ||
       !sql_open(s, is_own ? directory : url, why)) {
     store_close(&s);
+    return NULL;
+  }
+  if (!is_own && (s->writer = store_writer_new(s, url)) == NULL) {
+    fault_set(why, "out of memory");
+    store_close(&s);
   }
   return s;
 }
 
 void store_close(store **s) {
   if (*s == NULL) return;
+  store_writer_free(&(*s)->writer);
   sql_close(*s);
   if ((*s)->files >= 0) close((*s)->files);
   if ((*s)->data >= 0) close((*s)->data);

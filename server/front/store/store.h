@@ -157,6 +157,27 @@ int store_open_large(store *s, const char *owner, int which);
 /* Forgets those of the kinds from `least` to `most`. */
 store_result store_drop_large(store *s, const char *owner, int least, int most);
 
+/* ---- Drafts: large bytes of a shared store that the clerk writes (clerk.h), before a transaction
+ * of the loop takes them over. What a daemon leaves goes when it is buried (store_shared.h). ----
+ */
+
+enum { STORE_DRAFT = 64 };
+
+/* A new name for one. */
+void store_name_draft(store *s, char draft[STORE_DRAFT]);
+
+/* Writes it, durably, over a connection that is used for nothing else and made when it is first
+ * needed; *fd is closed, and -1 then. The only function of a store that a second thread may call,
+ * one call at a time. 0 or an errno; then it may be there all the same. */
+int store_write_draft(store *s, const char *draft, int *fd, size_t size);
+
+/* Makes it the bytes of `owner`, in place of what was there; no transaction of its own. STORE_DOWN
+ * if it has gone. Cost: none of its bytes is touched. */
+store_result store_adopt(store *s, const char *draft, const char *owner, int which);
+
+/* Forgets it, if it is there. */
+void store_drop_draft(store *s, const char *draft);
+
 /* A failure of the store as an errno. */
 int store_errno(store_result result);
 

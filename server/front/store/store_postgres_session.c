@@ -71,8 +71,9 @@ static bool begin_session(store *s, fault *why) {
            "SET statement_timeout = %.0f; SET idle_in_transaction_session_timeout = %.0f;"
            "SET application_name = 'scatterd'; SET client_min_messages = warning;"
            "SELECT set_config('synchronous_commit', 'on', false) WHERE "
-           "current_setting('synchronous_commit') = 'off'; LISTEN scatterd",
-           900 * POSTGRES_PATIENCE, 4000 * POSTGRES_PATIENCE);
+           "current_setting('synchronous_commit') = 'off'%s",
+           900 * POSTGRES_PATIENCE, 4000 * POSTGRES_PATIENCE,
+           s->url == NULL ? "; LISTEN scatterd" : ""); /* a writer hears nothing */
   PQsetNoticeProcessor(b->link, note_notice, NULL);
   snprintf(why->text, sizeof why->text, "store: the tables cannot be made; the log knows more");
   const bool good =
@@ -98,7 +99,6 @@ bool postgres_open(store *s, const char *where, fault *why) {
 
 void postgres_close(store *s) {
   postgres *b = s->base;
-  if (b == NULL) return;
   for (int k = 0; k < STATEMENTS; k++) PQclear(b->result[k]);
   postgres_unbind(b);
   postgres_forget_news(b);

@@ -206,5 +206,6 @@ bool sql_make_tables(store *s, int version, bool (*become)(store *s, const char 
 }
 
 void sql_close(store *s) {
-  s->door->close(s);
+  if (s->base != NULL) s->door->close(s);
+  s->base = NULL;
 }

@@ -44,7 +44,17 @@ struct store {
   void *base;                       /* the door's */
   store_names names[STATEMENTS];    /* parameters of each */
   int directory, files, data, lock; /* descriptors */
+  /* of a shared one, store_draft.c: */
+  store *writer; /* another connection to the same database, the clerk's */
+  char *url;     /* of a writer; NULL: it is none */
+  double until;  /* of a writer: it does not connect before */
+  char holder[JOB_HOLDER];
+  int64_t drafts; /* names given so far */
 };
+
+/* What a store has for drafts; NULL when out of memory. */
+store *store_writer_new(const store *s, const char *url);
+void store_writer_free(store **w);
 
 /* `where`: the directory, or the URL of the database. */
 bool sql_open(store *s, const char *where, fault *why);

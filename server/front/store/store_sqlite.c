@@ -148,7 +148,6 @@ static bool open_base(store *s, const char *where, fault *why) {
 
 static void close_base(store *s) {
   base *b = s->base;
-  if (b == NULL) return;
   for (int k = 0; k < STATEMENTS_OF_ONE; k++) sqlite3_finalize(b->statement[k]);
   sqlite3_close(b->db);
   free(b);
