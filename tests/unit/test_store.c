@@ -606,6 +606,52 @@ static void test_errors(void **state) {
   }
 }
 
+static int64_t size_of_large(store *s, const char *owner, int which) {
+  const int fd = store_open_large(s, owner, which);
+  const int64_t size = fd < 0 ? -1 : (int64_t)lseek(fd, 0, SEEK_END);
+  if (fd >= 0) close(fd);
+  return size;
+}
+
+static int adopt(store *s, const char *draft) {
+  assert_int_equal(store_begin(s), STORE_OK);
+  return (int)store_adopt(s, draft, "x", 1);
+}
+
+static void test_drafts(void **state) {
+  enum { SIZE = 2500000 };
+  store *s = opened();
+  char draft[STORE_DRAFT], other[STORE_DRAFT];
+  (void)state;
+  int from = memfd_create("from", 0);
+  assert_int_equal(ftruncate(from, SIZE), 0);
+  store_sign(s, me);
+  store_name_draft(s, draft);
+  store_name_draft(s, other);
+  assert_string_not_equal(draft, other);
+  assert_int_equal(store_write_draft(s, draft, &from, SIZE), 0);
+  assert_int_equal(from, -1);
+  assert_int_equal(size_of_large(s, "x", 1), -1);
+  assert_int_equal(adopt(s, draft), STORE_OK);
+  store_rollback(s); /* it is one as before */
+  assert_int_equal(size_of_large(s, "x", 1), -1);
+  assert_int_equal(adopt(s, draft), STORE_OK);
+  assert_int_equal(store_commit(s), STORE_OK);
+  assert_int_equal(size_of_large(s, "x", 1), SIZE);
+  assert_int_equal(adopt(s, draft), STORE_DOWN); /* it is none any more */
+  store_rollback(s);
+  assert_int_equal(size_of_large(s, "x", 1), SIZE);
+  from = memfd_create("short", 0);
+  assert_int_not_equal(store_write_draft(s, other, &from, 1), 0); /* there is not that much */
+  assert_int_equal(from, -1);
+  assert_int_equal(adopt(s, other), STORE_DOWN);
+  store_rollback(s);
+  store_drop_draft(s, draft);
+  store_drop_draft(s, other);
+  assert_int_equal(size_of_large(s, "x", 1), SIZE);
+  store_close(&s);
+}
+
 #define CASE(f) cmocka_unit_test_setup_teardown(f, make_directory, remove_directory)
 
 int main(void) {
@@ -626,6 +672,7 @@ int main(void) {
       CASE(test_the_dead_are_buried),
       CASE(test_calls_are_claimed),
       CASE(test_large_bytes),
+      CASE(test_drafts),
       CASE(test_telling),
       CASE(test_a_key_is_taken_once),
   };
