@@ -177,12 +177,17 @@ export function Members({ schema, pointer, value, errors, onChange }: FieldProps
   const required = schema.required ?? [];
   const set = (name: string, next: Value): void => onChange({ ...members, [name]: next });
   const drop = (name: string): void => onChange(Object.fromEntries(Object.entries(members).filter(([key]) => key !== name)));
+  const unknown = Object.keys(members).filter((name) => !(name in (schema.properties ?? {})));
   const missing = known.filter(([name]) => !(name in members) && !required.includes(name));
   return (
     <>
       {known.filter(([name]) => name in members || required.includes(name)).map(([name, part]) => (
         <Field key={name} name={name} schema={part} pointer={child(pointer, name)} value={members[name]} errors={errors}
           onChange={(next) => set(name, next)} onRemove={required.includes(name) ? undefined : () => drop(name)} />
+      ))}
+      {unknown.map((name) => (
+        <Field key={name} name={name} schema={{ description: 'The daemon does not know this member.' }} pointer={child(pointer, name)} value={members[name]} errors={errors}
+          onChange={(next) => set(name, next)} onRemove={() => drop(name)} />
       ))}
       {missing.length > 0 && (
         <div class="chips" role="group" aria-label="Add an optional member">
