@@ -45,12 +45,12 @@ export function BatchForm({ description, inputs, errors, onChange }: Props) {
       <p class="hint">{isTable
         ? 'One request, run once for every row of the table. Its expressions know the names of the columns.'
         : 'Every request becomes a job of its own, checked before any of them starts.'}</p>
-      {cloud && <Members name="inputs" schema={shared} pointer="/inputs" value={own === undefined ? {} : { cloud: own }} errors={errors}
-        onChange={(next) => onChange({ ...others, ...(next as BatchInputs) })} />}
-      {cloud && own !== undefined && <p class="hint">This cloud is used by every request that has none of its own.</p>}
       {isTable
         ? <Table inputs={inputs} errors={errors} onChange={onChange} />
         : <List requests={requests ?? []} shared={own !== undefined} errors={errors} onChange={(next) => onChange({ ...inputs, requests: next })} />}
+      {cloud && <Members name="inputs" schema={shared} pointer="/inputs" value={own === undefined ? {} : { cloud: own }} errors={errors}
+        onChange={(next) => onChange({ ...others, ...(next as BatchInputs) })} />}
+      {cloud && <p class="hint">{own === undefined ? 'A cloud for all requests that have none of their own.' : 'This cloud is used by every request that has none of its own.'}</p>}
     </>
   );
 }

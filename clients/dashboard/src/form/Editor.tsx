@@ -26,6 +26,7 @@ export function Editor({ description, request, errors, onChange }: Props) {
         <div class={`form${explained ? ' explained' : ''}`}>
           <Complaints errors={errors} />
           <label class="toggle explain"><input type="checkbox" checked={explained} onChange={(event) => setExplained(event.currentTarget.checked)} /> Explain every field</label>
+          {explained && <p class="hint">{description.description}</p>}
           <Errors errors={ownErrors(errors, '/inputs', Object.keys({ ...description.inputs, ...request.inputs }))} id="errors-of-inputs" />
           {description.id === 'batch'
             ? <BatchForm description={description} inputs={request.inputs} errors={errors} onChange={change} />
@@ -33,7 +34,7 @@ export function Editor({ description, request, errors, onChange }: Props) {
         </div>
       ),
       JSON: () => <JsonText inputs={request.inputs} onChange={change} />,
-      Elsewhere: () => <Elsewhere request={request} />,
+      Code: () => <Code request={request} />,
     }} />
   );
 }
@@ -79,7 +80,7 @@ function JsonText({ inputs, onChange }: { inputs: Request['inputs']; onChange: (
   );
 }
 
-function Elsewhere({ request }: { request: Request }) {
+function Code({ request }: { request: Request }) {
   if (sizeOf(request.inputs) > 20_000) return <p class="hint">These inputs hold {sizeOf(request.inputs)} numbers: too many for a command line.</p>;
   return (
     <div class="form">

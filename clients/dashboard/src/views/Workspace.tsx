@@ -118,10 +118,10 @@ function Problem({ request, processes, runner, look, onChange }: ProblemProps) {
         <label class="pick"><span>Process</span>
           <select value={request.process} onChange={(event) => goTo(`run/${event.currentTarget.value}`)}>
             {!processes.some(({ id }) => id === request.process) && <option value={request.process}>{request.process}</option>}
-            {processes.map(({ id, title }) => <option key={id} value={id}>{id}: {title}</option>)}
+            {processes.map(({ id }) => <option key={id} value={id}>{id}</option>)}
           </select>
         </label>
-        {fits && <p class="hint">{description.description}</p>}
+        {fits && <p class="hint">{description.title}</p>}
       </div>
       <div class="problem-body">
         {error !== undefined && <Missing process={request.process} error={error} />}
