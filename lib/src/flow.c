@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "alloc.h"
+#include "flow_domain.h"
 #include "flow_inside.h"
 #include "flow_view.h"
 
@@ -190,6 +191,7 @@ static void note_speed(sct_flow *f) {
 
 static sct_status lay_out(sct_flow *f, const sct_flow_domain *domain, sct_error *err) {
   sct_status status = flow_mesh_build(domain, &f->mesh, err);
+  if (status == SCT_OK) status = flow_domain_lay(domain, &f->mesh, err);
   if (status == SCT_OK) status = flow_walls_build(f, err);
   if (status == SCT_OK) status = flow_pressure_build(f, err);
   if (status == SCT_OK) status = take_memory(f, err);

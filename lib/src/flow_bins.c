@@ -6,21 +6,6 @@
 #include "alloc.h"
 #include "flow_inside.h"
 
-double flow_spacing(const flow_mesh *m, int64_t i, int64_t j, const double x[2], double thin[2]) {
-  if (m->is_uniform) {
-    if (thin != NULL) thin[0] = thin[1] = 0;
-    return m->spacing;
-  }
-  double sx, sy;
-  const double wx = flow_axis_width(&m->axis[0], i, x[0], &sx);
-  const double wy = flow_axis_width(&m->axis[1], j, x[1], &sy);
-  if (thin != NULL) { /* ln n_t = -ln wx - ln wy */
-    thin[0] = -sx / wx;
-    thin[1] = -sy / wy;
-  }
-  return sqrt(wx * wy);
-}
-
 /* ---- room ---- */
 
 static sct_status grow(double **array, int64_t n, sct_error *err) {

@@ -128,9 +128,6 @@ SCT_NODISCARD sct_status flow_bins_fill(sct_flow *flow, sct_error *err);
 SCT_NODISCARD sct_status flow_particles_reserve(sct_flow *flow, int64_t n, sct_error *err);
 void flow_bins_clear(sct_flow *flow);
 
-/* delta at a place in cell (i, j), and, where `thin` is not NULL, grad ln of the target density. */
-double flow_spacing(const flow_mesh *mesh, int64_t i, int64_t j, const double x[2], double thin[2]);
-
 /* ---- flow_near.c, flow_rows.c ---- */
 
 /* The sites around a place, laid out for arithmetic. */

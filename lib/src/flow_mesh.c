@@ -1,11 +1,10 @@
-/* flow_mesh.c - lines, cells and faces. What the boundary is made of: flow_domain.c. */
+/* flow_mesh.c - lines, cells and faces. What those are: flow_domain.c. */
 #include "flow_mesh.h"
 
 #include <inttypes.h>
 #include <math.h>
 
 #include "alloc.h"
-#include "flow_domain.h"
 
 static const char axis_name[] = {'x', 'y'};
 
@@ -109,8 +108,22 @@ sct_status flow_mesh_build(const sct_flow_domain *d, flow_mesh *m, sct_error *er
   m->cells = m->axis[0].n * m->axis[1].n;
   m->is_uniform = is_even(&m->axis[0]) && is_even(&m->axis[1]);
   m->spacing = sqrt(least_width(&m->axis[0]) * least_width(&m->axis[1]));
-  status = take_faces(m, err);
-  return status == SCT_OK ? flow_domain_lay(d, m, err) : status;
+  return take_faces(m, err);
+}
+
+double flow_spacing(const flow_mesh *m, int64_t i, int64_t j, const double x[2], double thin[2]) {
+  if (m->is_uniform) {
+    if (thin != NULL) thin[0] = thin[1] = 0;
+    return m->spacing;
+  }
+  double sx, sy;
+  const double wx = flow_axis_width(&m->axis[0], i, x[0], &sx);
+  const double wy = flow_axis_width(&m->axis[1], j, x[1], &sy);
+  if (thin != NULL) { /* ln n_t = -ln wx - ln wy */
+    thin[0] = -sx / wx;
+    thin[1] = -sy / wy;
+  }
+  return sqrt(wx * wy);
 }
 
 void flow_mesh_clear(flow_mesh *m) {

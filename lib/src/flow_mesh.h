@@ -60,6 +60,8 @@ typedef struct {
   int64_t ghosts[2], copies[2];
 } flow_mesh;
 
+/* The lines and their margin, with cells and faces that are nothing yet: those are made of a domain
+ * by flow_domain_lay. The status: sct_flow_build. */
 SCT_NODISCARD sct_status flow_mesh_build(const sct_flow_domain *domain, flow_mesh *mesh,
                                          sct_error *err);
 void flow_mesh_clear(flow_mesh *mesh);
@@ -90,5 +92,8 @@ static inline double flow_axis_width(const flow_axis *a, int64_t i, double x, do
   *slope = rate;
   return a->width[k] + rate * (x - a->centre[k]);
 }
+
+/* delta at a place in cell (i, j), and, where `thin` is not NULL, grad ln of the target density. */
+double flow_spacing(const flow_mesh *mesh, int64_t i, int64_t j, const double x[2], double thin[2]);
 
 #endif
