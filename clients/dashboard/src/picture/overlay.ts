@@ -85,6 +85,7 @@ export function drawBox(context: Context, camera: Camera, size: Size, scene: Sce
   context.globalAlpha = 1;
   context.font = '12px system-ui, sans-serif';
   context.textAlign = 'center';
+  context.fillStyle = ink.text;
   context.textBaseline = 'middle';
   const between = (a: number, b: number): [number, number] => [0, 1].map((k) => (corner(a)[k]! + corner(b)[k]!) / 2) as [number, number];
   const centre = between(0, 7);

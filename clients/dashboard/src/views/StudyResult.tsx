@@ -112,7 +112,7 @@ function StudyTable({ table, requests }: { table: Row[]; requests: Request[] | u
       </div>
       <div class="table-foot">
         <p class="hint">{columns.filter(({ name, paper }) => !paper && /^(rate|l2|linf)/.test(name) && first.has(name)).map(({ name }) => `${plain(name)}: ${first.get(name)}`).join(' · ')}</p>
-        {further > 0 && <button type="button" class="quiet" aria-expanded={whole} onClick={() => setWhole(!whole)}>{whole ? 'Fewer columns' : `${some(further, 'further column')}`}</button>}
+        {further > 0 && <button type="button" class="quiet" aria-expanded={whole} onClick={() => setWhole(!whole)}>{whole ? 'Fewer columns' : some(further, 'further column')}</button>}
       </div>
     </>
   );
