@@ -226,14 +226,12 @@ static void emit_pages(page *p, const query *q) {
 
 static void reply_emitted(exchange *x, emit *e) {
   size_t size = 0;
-  const void *bytes = emit_ok(e) ? emit_bytes(e, &size) : NULL;
-  char *copy = bytes != NULL ? malloc(size) : NULL;
-  if (copy == NULL) {
+  char *text = emit_take_text(e, &size);
+  if (text == NULL) {
     exchange_refuse(x, 503, "out of memory");
     return;
   }
-  memcpy(copy, bytes, size);
-  exchange_bytes(x, 200, media_type(MEDIA_JSON), copy, size);
+  exchange_bytes(x, 200, media_type(MEDIA_JSON), text, size);
   negotiate_coding(x);
 }
 
