@@ -106,6 +106,16 @@ export function likeness(page) {
   });
 }
 
+/** The likeness of a picture that has come to rest. */
+export async function atRest(page) {
+  for (let before = null; ;) {
+    const now = await likeness(page);
+    if (now === before) return now;
+    before = now;
+    await page.waitForTimeout(600);
+  }
+}
+
 export const looksLike = (page, other) => eventually(async () => assert.equal(await likeness(page), other));
 export const looksOther = (page, than) => eventually(async () => assert.notEqual(await likeness(page), than));
 

@@ -5,7 +5,7 @@ import { readFile } from 'node:fs/promises';
 import { join } from 'node:path';
 import { test } from 'node:test';
 import { pathToFileURL } from 'node:url';
-import { drawn, eventually, heat, likeness, linkTo, looksLike, looksOther, pick, pixels, unitSquare, withPage } from './page.mjs';
+import { atRest, drawn, eventually, heat, linkTo, looksLike, looksOther, pick, pixels, unitSquare, withPage } from './page.mjs';
 
 const { interpolateViridis } = await import(
   pathToFileURL(join(process.env.SCATTERD_WEB, 'node_modules/d3-scale-chromatic/src/index.js')));
@@ -55,7 +55,7 @@ test('a problem of the form: error, times, cut, neighbours, link', () => withPag
   await page.goto(`${daemon.url}/${linkTo('solve', heat)}`);
   await page.getByRole('button', { name: 'Solve', exact: true }).click();
   await drawn(page, 441);
-  const before = await likeness(page);
+  const before = await atRest(page);
   await pick(page, 'Colour').selectOption('error');
   await page.getByRole('img', { name: /Error/ }).waitFor();
   await page.waitForFunction(() => document.querySelector('.stage-foot').textContent.includes('solved'));
@@ -89,11 +89,11 @@ test('the keyboard moves, zooms and reads off', () => withPage(async ({ page, da
   await drawn(page, 441);
   const hands = page.locator('.hands');
   await hands.focus();
-  const start = await likeness(page);
+  const start = await atRest(page);
   await page.keyboard.press('ArrowLeft');
   await page.keyboard.press('+');
   await looksOther(page, start);
-  await page.waitForTimeout(600); // and comes to rest
+  await atRest(page);
   await page.keyboard.press('0');
   await looksLike(page, start);
   await page.keyboard.press('Shift+ArrowRight');
@@ -126,7 +126,7 @@ test('space and the line', () => withPage(async ({ page, daemon }) => {
   const boundary = [{ on: 'boundary', type: 'dirichlet', value: 0 }];
   await page.goto(`${daemon.url}/${linkTo('solve', { cloud: box, diffusivity: 1, source: 1, boundary }, { go: '1' })}`);
   await drawn(page, 729);
-  const closed = await likeness(page);
+  const closed = await atRest(page);
   await pick(page, 'Open').fill('0.5');
   await looksOther(page, closed);
   const line = { lattice: { lower: [0], upper: [1], cells: [20] } };
