@@ -4,11 +4,13 @@ set(dashboard_sources
   dashboard/tsconfig.json
   dashboard/vite.config.js
   dashboard/src/app.tsx
+  dashboard/src/form/BatchForm.tsx
   dashboard/src/form/CloudField.tsx
   dashboard/src/form/Editor.tsx
   dashboard/src/form/Field.tsx
   dashboard/src/form/value.ts
   dashboard/src/icon.svg
+  dashboard/src/lib/batch.ts
   dashboard/src/lib/cases.ts
   dashboard/src/lib/cloudfile.ts
   dashboard/src/lib/colour.ts
@@ -39,6 +41,7 @@ set(dashboard_sources
   dashboard/src/style/result.css
   dashboard/src/style/views.css
   dashboard/src/ui/Tabs.tsx
+  dashboard/src/views/BatchResult.tsx
   dashboard/src/views/Catalogue.tsx
   dashboard/src/views/Downloads.tsx
   dashboard/src/views/Figures.tsx

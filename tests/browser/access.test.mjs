@@ -17,7 +17,13 @@ const views = {
   catalogue: ['', (page) => page.getByRole('heading', { name: 'A boundary layer', exact: true }).waitFor()],
   problem: [linkTo('solve', heat, { go: '1' }), (page) => drawn(page, 441)],
   study: ['#run/study?study=gartland&go=1', (page) => page.getByRole('img', { name: 'Error over mesh size' }).waitFor()],
-  jobs: ['#jobs', (page) => page.getByRole('heading', { name: 'Jobs', exact: true }).waitFor()],
+  batch: [linkTo('batch', { cloud: heat.cloud, requests: [{ inputs: { diffusivity: 1 } }, { process: 'diagnose', inputs: {} }] }), async (page) => {
+    await page.getByRole('button', { name: '1. solve' }).click();
+    await page.getByLabel('Diffusivity', { exact: true }).waitFor();
+    await page.getByRole('button', { name: 'Submit', exact: true }).click();
+    await page.getByRole('link', { name: 'Download all results' }).waitFor();
+  }],
+  jobs: ['#jobs', (page) => page.locator('.job-list td').first().waitFor()], // that of the batch
 };
 
 for (const colorScheme of ['light', 'dark']) {

@@ -37,7 +37,7 @@ test('members come and go', () => withPage(async ({ page, daemon }) => {
   await page.getByRole('button', { name: '+ Source' }).click();
   await page.getByLabel('Source', { exact: true }).fill('sin(x)');
   await page.getByRole('button', { name: 'Add', exact: true }).last().click();
-  await page.getByRole('tab', { name: 'Elsewhere' }).click();
+  await page.getByRole('tab', { name: 'Code' }).click();
   const snippets = await page.locator('.snippet pre').allInnerTexts();
   assert.match(snippets[0], /^curl .*"source": "sin\(x\)"/s);
   assert.match(snippets[1], /client\.solve\(.*operator=\{"scheme": "ips"\}/s);

@@ -3,7 +3,7 @@
  * "problem", "phase half 0.5 2" (reports, then sleeps), "nothing" (a reply of no bytes), "residual
  * 1e-3", "try open" (says what the kernel says to an attempt that a sandbox must refuse), "lie two"
  * (says to the front what no worker says), "wish URL" (wants two values at once), "checkpoints 2"
- * (has 49 states kept, then sleeps).
+ * (has 49 states kept, then sleeps), "given URL" (attempts to write to what it is given to read).
  *
  * SIGUSR1 to a worker ends what it sleeps at the moment, so that a test says when (daemon.py:
  * wake).
@@ -313,6 +313,21 @@ static void do_wish(const ask *a, const char *text, reply *r) {
   pause_for(60);
 }
 
+/* "given URL": fetches it and says what the kernel says to an attempt to write there. */
+static void do_given(const ask *a, const char *text, reply *r) {
+  ipc_news news = {.kind = IPC_FETCH};
+  ipc_given given;
+  int fd = -1;
+  (void)a;
+  snprintf(news.href, sizeof news.href, "%s", text + strspn(text, " "));
+  say(news, -1);
+  if (ipc_receive(IPC_SOCKET, &given, sizeof given, &fd) != IPC_MESSAGE || fd < 0) return;
+  const ssize_t written = write(fd, "x", 1);
+  const int length = asprintf((char **)&r->bytes, "%s", written < 0 ? strerror(errno) : "done");
+  r->size = length > 0 ? (size_t)length : 0;
+  close(fd);
+}
+
 /* Many checkpoints at once, each longer than the one before. */
 static void do_checkpoints(const ask *a, const char *text, reply *r) {
   char bytes[50] = "";
@@ -349,7 +364,8 @@ static const struct {
              {"nothing", do_nothing},   {"try", do_try},
              {"fail", do_problem},      {"needs", do_needs},
              {"residual", do_residual}, {"lie", do_lie},
-             {"wish", do_wish},         {"checkpoints", do_checkpoints}};
+             {"wish", do_wish},         {"checkpoints", do_checkpoints},
+             {"given", do_given}};
 
 /* ---- Checks ---- */
 

@@ -350,6 +350,155 @@ class Limits(Case):
         self.stop(self.first, self.second)
 
 
+class Drafts(Case):
+    """What is large is written by the second thread, over a connection of its own. Its INSERT waits
+    for as long as a test likes; meanwhile everybody else is served."""
+    options = [*Case.options, "--aside-bytes", "20000"]
+
+    def setUp(self):
+        super().setUp()
+        server.sql("CREATE FUNCTION hold() RETURNS trigger LANGUAGE plpgsql AS "
+                   "$$ BEGIN PERFORM pg_advisory_xact_lock_shared(7); RETURN NEW; END $$;"
+                   "CREATE TRIGGER hold BEFORE INSERT ON large FOR EACH ROW WHEN (NEW.kind = -1) "
+                   "EXECUTE FUNCTION hold()", self.name)
+
+    def locks(self, condition):
+        return server.sql("SELECT pid FROM pg_locks WHERE locktype = 'advisory' AND objid = 7 AND "
+                          f"{condition} AND database = (SELECT oid FROM pg_database WHERE datname = "
+                          "current_database())", self.name)
+
+    def release(self):
+        for pid in self.locks("mode = 'ExclusiveLock'"):
+            server.sql(f"SELECT pg_terminate_backend({pid})", self.name)
+
+    @contextlib.contextmanager
+    def held(self):
+        """Drafts wait while this lasts, which is to be short: statements take 4.5 s at most."""
+        def hold():
+            with contextlib.suppress(AssertionError):  # it is ended by the one above
+                server.sql("SELECT pg_advisory_lock(7), pg_sleep(600)", self.name)
+        holder = threading.Thread(target=hold)
+        holder.start()
+        try:
+            daemon.wait_until(lambda: self.locks("granted"), "the lock")
+            yield
+        finally:
+            self.release()
+            holder.join()
+
+    def later(self, *arguments):
+        """Makes a request in a thread; the list that its reply comes into, and the thread."""
+        replies = []
+        thread = threading.Thread(target=lambda: replies.append(self.first.request(*arguments)))
+        thread.start()
+        daemon.wait_until(lambda: self.locks("NOT granted") or replies, "a draft that waits")
+        self.assertEqual(replies, [])
+        return replies, thread
+
+    def assert_serves(self):
+        self.assertEqual(self.first.request("GET", "/healthz").status, 200)
+        small = self.first.request("POST", "/data", "[1, 2]", {"Content-Type": "application/json"})
+        self.assertIn(small.status, (200, 201))
+        job = self.submit(self.first, "small")
+        self.assertEqual(self.status(self.first, job, wait=20)["status"], "successful")
+
+    def drafts(self):
+        return server.sql("SELECT DISTINCT owner FROM large WHERE kind = -1", self.name)
+
+    def test_an_upload(self):
+        body = "[" + 3000000 * " " + "1]"
+        with self.held():
+            replies, thread = self.later("POST", "/data", body,
+                                         {"Content-Type": "application/json"})
+            self.assert_serves()
+        thread.join()
+        self.assertEqual(replies[0].status, 201, replies[0].body)
+        path = "/data/" + replies[0].json["id"]
+        self.assertEqual(self.second.request("GET", path).body.decode(), body)
+        self.assertEqual(self.drafts(), [])
+        self.stop(self.first, self.second)
+
+    def test_an_upload_whose_client_leaves(self):
+        body = "[" + 3000000 * " " + "1]"
+        plain = self.first.raw()
+        with self.held():
+            plain.sendall(b"POST /data HTTP/1.1\r\nHost: a\r\nContent-Type: application/json\r\n"
+                          + f"Content-Length: {len(body)}\r\n\r\n{body}".encode())
+            daemon.wait_until(lambda: self.locks("NOT granted"), "a draft that waits")
+            plain.close()
+            self.first.wait_for_log(r"event=request .*end=aborted")
+        self.stop(self.first, self.second)
+        self.assertEqual(server.sql("SELECT id FROM data", self.name), [])
+        self.assertEqual(server.sql("SELECT owner FROM large", self.name), [])
+
+    def test_a_request_and_a_result(self):
+        body = "sleep 0.1 " + 3000000 * "x"
+        with self.held():
+            replies, thread = self.later("POST", daemon.EXECUTE, body, ASYNC)
+            self.assert_serves()
+        thread.join()
+        job = replies[0].json["jobID"]
+        self.assertEqual(self.status(self.second, job, wait=20)["status"], "successful")
+        big = self.submit(self.first, "big 3000000")
+        with self.held():
+            pass  # a moment at any stage of it
+        self.assertEqual(self.status(self.first, big, wait=20)["status"], "successful")
+        self.assertEqual(self.second.request("GET", f"/jobs/{job}/results").body.decode(), body)
+        self.assertEqual(len(self.second.request("GET", f"/jobs/{big}/results").body), 3000000)
+        self.assertEqual(self.drafts(), [])
+        self.stop(self.first, self.second)
+
+    def test_a_result_while_it_is_written(self):
+        job = self.submit(self.first, "sleep 0.5")  # somebody has it; then the large one
+        self.assertEqual(self.status(self.first, job, wait=20)["status"], "successful")
+        with self.held():
+            big = self.submit(self.first, "big 3000000")
+            daemon.wait_until(lambda: self.locks("NOT granted"), "a draft that waits")
+            time.sleep(1.2)  # longer than a look at what is ours
+            self.assertEqual(self.status(self.second, big)["status"], "running")
+            self.assert_serves()
+        info = self.status(self.second, big, wait=20)
+        self.assertEqual((info["status"], info["attempts"]), ("successful", 1))
+        self.stop(self.first, self.second)
+
+    def test_a_batch_that_takes_a_while(self):
+        body = "batch 80 " + 280 * "x"
+        with self.held():
+            replies, thread = self.later("POST", "/processes/batch/execution", body, ASYNC)
+            time.sleep(1.2)  # longer than a look at what is ours: its parts are in no row yet
+            self.assert_serves()
+        thread.join()
+        self.assertEqual(replies[0].status, 201, replies[0].body)
+        job = replies[0].json["jobID"]
+        self.assertEqual(self.status(self.second, job, wait=30)["status"], "successful")
+        self.stop(self.first, self.second)
+
+    def test_one_that_is_dismissed(self):
+        with self.held():
+            big = self.submit(self.first, "big 3000000")
+            daemon.wait_until(lambda: self.locks("NOT granted"), "a draft that waits")
+            self.assertEqual(self.second.request("DELETE", f"/jobs/{big}").status, 200)
+        self.stop(self.first, self.second)
+        self.assertEqual(server.sql("SELECT owner FROM large", self.name), [])
+
+    def test_one_that_takes_too_long_is_refused(self):
+        with self.held():
+            reply = self.first.request("POST", "/data", "[" + 3000000 * " " + "1]",
+                                       {"Content-Type": "application/json"})
+            self.assertEqual(reply.status, 503, reply.body)
+            self.assert_serves()
+        self.stop(self.first, self.second)
+        self.assertEqual(self.drafts(), [])
+        self.assertEqual(server.sql("SELECT max(size) FROM data", self.name), ["6"])
+
+    def test_what_a_dead_daemon_left_goes(self):
+        living = server.sql("SELECT id FROM daemons ORDER BY id LIMIT 1", self.name)[0]
+        server.sql("INSERT INTO large VALUES('dead.1', -1, 0, 'x'), ('dead.1', -1, 1, 'y'), "
+                   f"('{living}.999', -1, 0, 'z')", self.name)
+        daemon.wait_until(lambda: self.drafts() == [f"{living}.999"], "the dead one's to go", 60)
+        self.stop(self.first, self.second)
+
+
 class Calls(Case):
     options = [*Case.options, "--callback-hosts", "127.0.0.1:*", "--callback-hosts"]
 

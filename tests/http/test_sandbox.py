@@ -40,6 +40,23 @@ class Sandbox(daemon.Case):
             self.assertEqual(status["Seccomp"], "2")  # 2: a filter is in force
 
 
+class Given(daemon.Case):
+    """What a worker is given to read it cannot write."""
+    options = ["--workers", "1"]
+
+    def attempt(self, request):
+        job = self.execute(request, Prefer="respond-async").json["jobID"]
+        daemon.wait_until(lambda: self.get(f"/jobs/{job}").json["status"] == "successful",
+                          "its end")
+        return self.execute(f"given /jobs/{job}/results/all").body
+
+    def test_what_is_small_is_sealed(self):
+        self.assertEqual(self.attempt("big 100"), b"Operation not permitted")
+
+    def test_what_is_large_is_open_for_reading_only(self):
+        self.assertEqual(self.attempt("big 100000"), b"Bad file descriptor")
+
+
 class Lies(daemon.Case):
     """What a worker that a body has taken over may say to the front: it is killed for it."""
     options = ["--workers", "1", "--seconds", "4"]

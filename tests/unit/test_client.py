@@ -4,6 +4,7 @@
 import gzip
 import http.server
 import io
+import itertools
 import json
 import os
 import pathlib
@@ -314,8 +315,48 @@ class Pictures(unittest.TestCase):
         points = points[numpy.hypot(*points.T) > 0.3]
         made = plotting.triangulation(points)
         centres = points[made.get_masked_triangles()].mean(axis=1)
-        self.assertGreater(numpy.hypot(*centres.T).min(), 0.22)
+        self.assertGreater(numpy.hypot(*centres.T).min(), 0.19)
         self.assertGreater(len(centres), 400)
+
+    def shown(self, points):
+        """Area of the triangles that are drawn, and how many are not."""
+        made = plotting.triangulation(points)
+        hidden = numpy.zeros(len(made.triangles), bool) if made.mask is None else made.mask
+        return plotting.areas(points, made.triangles[~hidden]).sum(), hidden.sum()
+
+    def test_bays_and_holes_are_not_filled(self):
+        for cells, jitter in itertools.product((20, 40, 80), (0, 0.3, 0.6)):
+            with self.subTest(cells=cells, jitter=jitter):
+                cloud = scatterd.lattice([0, 0], [1, 1], [cells, cells], jitter=jitter)
+                points = scatterd.lattice_points(cloud)
+                bay = points[~(points > 0.5 + 0.1 / cells).all(axis=1)]
+                self.assertAlmostEqual(self.shown(bay)[0], 0.75, delta=0.03)
+        for rings in (6, 10, 20):
+            with self.subTest(rings=rings):
+                radii = numpy.linspace(0.5, 1, rings + 1)
+                angles = numpy.linspace(0, 2 * numpy.pi, 10 * rings, endpoint=False)
+                ring = numpy.multiply.outer(radii, numpy.exp(1j * angles)).ravel()
+                area = self.shown(numpy.column_stack([ring.real, ring.imag]))[0]
+                self.assertAlmostEqual(area / (0.75 * numpy.pi), 1, delta=0.03)
+
+    def test_strewn_points_in_an_l_leave_the_bay_open(self):
+        points = numpy.random.default_rng(5).random((4000, 2))
+        area = self.shown(points[~(points > 0.5).all(axis=1)])[0]
+        self.assertAlmostEqual(area, 0.75, delta=0.03)
+
+    def test_uniform_and_graded_clouds_are_drawn_whole(self):
+        axis = numpy.linspace(0, 1, 31)
+        stretched = {"one": (axis, axis), "squares": (axis**2, axis**2), "thin": (axis**4, axis),
+                     "geometric": ((1.15 ** (30 * axis) - 1) / (1.15**30 - 1),) * 2}
+        for name, (x, y) in stretched.items():
+            with self.subTest(name):
+                area, hidden = self.shown(numpy.stack(numpy.meshgrid(x, y), -1).reshape(-1, 2))
+                self.assertEqual(hidden, 0)
+                self.assertAlmostEqual(area, 1)
+        for jitter in (0.3, 0.6, 0.9):
+            with self.subTest(jitter=jitter):
+                cloud = scatterd.lattice([0, 0], [1, 1], [30, 30], jitter=jitter)
+                self.assertEqual(self.shown(scatterd.lattice_points(cloud))[1], 0)
 
     def test_points_on_a_line_in_the_plane(self):
         points = numpy.column_stack([numpy.arange(5.0), numpy.zeros(5)])

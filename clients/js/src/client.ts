@@ -38,6 +38,8 @@ export interface ExecuteOptions extends CallOptions {
 export interface JobQuery {
   status?: string | readonly string[];
   processID?: string | readonly string[];
+  /** The parts of this batch; left out: all but parts. */
+  parent?: string;
   limit?: number;
   offset?: number;
 }

@@ -107,6 +107,8 @@ export interface StatusInfo {
   started?: string;
   finished?: string;
   updated?: string;
+  /** Of a batch: how many requests it has. */
+  parts?: number;
   links?: Link[];
 }
 

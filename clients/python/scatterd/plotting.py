@@ -16,7 +16,8 @@ if TYPE_CHECKING:
 FIELDS = ("solution", "laplacian", "value", "number_density", "neighbours", "velocity")
 DOTS_UP_TO = 1500  #: more points than this are not drawn over the colours
 LINES = ("#31688e", "#d1495b", "#4a7c59", "#c98a1b", "#7b4b94")
-LONG = 3.0  #: a triangle with an edge longer than this many spacings bridges a hole
+WIDE = (2.1, 0.7)  #: a triangle beyond this edge and area, in spacings, may bridge a hole
+GAPING = (4.0, 3.0, 2.0)  #: one beyond these edges and this area does
 
 
 def plot(
@@ -131,28 +132,70 @@ def draw_plane(axes: "Axes", x: numpy.ndarray, values: numpy.ndarray, name: str)
 
 
 def triangulation(x: numpy.ndarray) -> Any:
-    """Delaunay triangles of a planar cloud but for those across holes; None if there are none."""
+    """Delaunay triangles of a planar cloud but for those outside it; None if there are none."""
     from matplotlib.tri import Triangulation
 
     try:
         made = Triangulation(x[:, 0], x[:, 1])
     except (RuntimeError, ValueError):
         return None
+    outside = bridging(x, made)
+    if outside.all():
+        return None
+    made.set_mask(outside)
+    return made
+
+
+def bridging(x: numpy.ndarray, made: Any) -> numpy.ndarray:
+    """Which triangles cover what the cloud does not: Delaunay's fill the hull, so also holes and the
+    bays of an L.
+
+    A triangle is measured by the spacing s around it, the median over its corners of the median
+    length of their edges, so that a cloud may be graded. It is wide if its longest edge is longer
+    than WIDE[0] s and its area larger than WIDE[1] s^2. Strewn points have some that are, and
+    slivers along the hull have a long edge and no area; both stay. It gapes if its longest edge is
+    longer than GAPING[0] times the least of the three medians too (a corner from which a fan of
+    triangles spreads over a hole has a large one), and wider than GAPING[1:]. What gapes goes, and
+    what is wide and hangs together with it; one gap alone is none.
+    """
     corners = made.triangles
     sides = numpy.linalg.norm(x[corners] - x[numpy.roll(corners, 1, axis=1)], axis=2)
-    spacing = numpy.full(len(x), numpy.inf)
-    for k in range(3):
-        for end in (corners, numpy.roll(corners, 1, axis=1)):
-            numpy.minimum.at(spacing, end[:, k], sides[:, k])
-    for _ in range(2):  # the widest around: strewn points have some that nearly touch
-        around = spacing[corners].max(axis=1)
-        for k in range(3):
-            numpy.maximum.at(spacing, corners[:, k], around)
-    too_long = sides.max(axis=1) > LONG * spacing[corners].mean(axis=1)
-    if too_long.all():
-        return None
-    made.set_mask(too_long)
-    return made
+    longest, area = sides.max(axis=1), areas(x, corners)
+    around = edge_medians(len(x), corners, sides)[corners]
+    s, least = numpy.median(around, axis=1), around.min(axis=1)
+    wide = (longest > WIDE[0] * s) & (area > WIDE[1] * s**2)
+    gaping = (longest > numpy.maximum(GAPING[0] * least, GAPING[1] * s)) & (
+        area > GAPING[2] * least * s
+    )
+    gaping &= beside(made, wide | gaping)
+    while True:
+        more = wide & ~gaping & beside(made, gaping)
+        if not more.any():
+            return gaping
+        gaping = gaping | more
+
+
+def beside(made: Any, which: numpy.ndarray) -> numpy.ndarray:
+    """Triangles with a neighbour among these."""
+    there = made.neighbors  # -1 where there is none
+    return ((there >= 0) & which[there]).any(axis=1)
+
+
+def edge_medians(points: int, corners: numpy.ndarray, sides: numpy.ndarray) -> numpy.ndarray:
+    """Median length of the edges at each point [n], each counted once for each triangle at it;
+    infinite at a point of no triangle."""
+    ends = numpy.concatenate([corners, numpy.roll(corners, 1, axis=1)]).ravel()
+    lengths = numpy.concatenate([sides, sides]).ravel()
+    order = numpy.lexsort((lengths, ends))
+    start = numpy.searchsorted(ends[order], numpy.arange(points + 1))
+    middle = (start[:-1] + start[1:] - 1) // 2
+    found = lengths[order][numpy.maximum(middle, 0)]
+    return numpy.where(numpy.diff(start) > 0, found, numpy.inf)
+
+
+def areas(x: numpy.ndarray, corners: numpy.ndarray) -> numpy.ndarray:
+    a, b = (x[corners[:, k]] - x[corners[:, 0]] for k in (1, 2))
+    return numpy.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]) / 2
 
 
 def draw_space(axes: "Axes", x: numpy.ndarray, values: numpy.ndarray, name: str) -> None:

@@ -1,28 +1,19 @@
 /** The problem as a form, as JSON, and as what one types elsewhere to ask the same. */
 
-import type { ProcessDescription, Schema } from 'scatterd';
+import type { ProcessDescription } from 'scatterd';
 import { useEffect, useState } from 'preact/hooks';
 import { base } from '../lib/daemon';
 import { asCurl, asPython, pretty, sizeOf, type Request } from '../lib/request';
 import { Tabs } from '../ui/Tabs';
+import { BatchForm } from './BatchForm';
 import { Errors, Members } from './Field';
-import { focusField, ownErrors, type FieldError } from './value';
+import { focusField, ownErrors, schemaOf, type FieldError } from './value';
 
 interface Props {
   description: ProcessDescription;
   request: Request;
   errors: readonly FieldError[];
   onChange: (request: Request) => void;
-}
-
-/** The inputs of a process as the properties of one object. */
-function schemaOf({ inputs }: ProcessDescription): Schema {
-  const parts = Object.entries(inputs);
-  return {
-    type: 'object',
-    properties: Object.fromEntries(parts.map(([name, { schema, description }]) => [name, { ...schema, description: schema.description ?? description }])),
-    required: parts.filter(([, { minOccurs }]) => minOccurs === 1).map(([name]) => name),
-  };
 }
 
 export function Editor({ description, request, errors, onChange }: Props) {
@@ -34,13 +25,16 @@ export function Editor({ description, request, errors, onChange }: Props) {
       Form: () => (
         <div class={`form${explained ? ' explained' : ''}`}>
           <Complaints errors={errors} />
-          <Errors errors={ownErrors(errors, '/inputs', Object.keys(description.inputs)).filter(({ pointer }) => pointer.startsWith('/inputs'))} id="errors-of-inputs" />
-          <Members name="inputs" schema={schema} pointer="/inputs" value={request.inputs} errors={errors} onChange={change} />
-          <label class="toggle"><input type="checkbox" checked={explained} onChange={(event) => setExplained(event.currentTarget.checked)} /> Explain every field</label>
+          <label class="toggle explain"><input type="checkbox" checked={explained} onChange={(event) => setExplained(event.currentTarget.checked)} /> Explain every field</label>
+          {explained && <p class="hint">{description.description}</p>}
+          <Errors errors={ownErrors(errors, '/inputs', Object.keys({ ...description.inputs, ...request.inputs }))} id="errors-of-inputs" />
+          {description.id === 'batch'
+            ? <BatchForm description={description} inputs={request.inputs} errors={errors} onChange={change} />
+            : <Members name="inputs" schema={schema} pointer="/inputs" value={request.inputs} errors={errors} onChange={change} />}
         </div>
       ),
       JSON: () => <JsonText inputs={request.inputs} onChange={change} />,
-      Elsewhere: () => <Elsewhere request={request} />,
+      Code: () => <Code request={request} />,
     }} />
   );
 }
@@ -86,7 +80,7 @@ function JsonText({ inputs, onChange }: { inputs: Request['inputs']; onChange: (
   );
 }
 
-function Elsewhere({ request }: { request: Request }) {
+function Code({ request }: { request: Request }) {
   if (sizeOf(request.inputs) > 20_000) return <p class="hint">These inputs hold {sizeOf(request.inputs)} numbers: too many for a command line.</p>;
   return (
     <div class="form">

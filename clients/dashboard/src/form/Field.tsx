@@ -52,8 +52,8 @@ export function Errors({ errors, id }: { errors: readonly FieldError[]; id: stri
 }
 
 /** A label, one control, what it is about, what is wrong with it. */
-function Line(props: FieldProps & { children: (id: string, attributes: object) => ComponentChildren }) {
-  const { name, schema, pointer, errors, onRemove, children } = props;
+function Line(props: FieldProps & { note?: string | undefined; children: (id: string, attributes: object) => ComponentChildren }) {
+  const { name, schema, pointer, errors, onRemove, note, children } = props;
   const id = fieldId(pointer);
   const wrong = errorsUnder(errors, pointer);
   const described = [schema.description && `${id}-about`, wrong.length > 0 && `${id}-errors`].filter(Boolean);
@@ -65,6 +65,7 @@ function Line(props: FieldProps & { children: (id: string, attributes: object) =
     <div class={`field${wrong.length ? ' wrong' : ''}`}>
       <label for={id} title={schema.description}>{plainName(name)}</label>
       <div class="control">{children(id, attributes)}<RemoveButton name={name} onRemove={onRemove} /></div>
+      {note && <p class="note hint">{note}</p>}
       {schema.description && <p class="about" id={`${id}-about`}>{schema.description}</p>}
       <Errors errors={wrong} id={`${id}-errors`} />
     </div>
@@ -128,7 +129,7 @@ function ChoiceField(props: FieldProps) {
   const { value, schema, onChange } = props;
   const titles = new Map(schema.oneOf?.map(({ enum: names, title }) => [names?.[0], title]));
   return (
-    <Line {...props}>
+    <Line {...props} note={titles.get(value)}>
       {(id, attributes) => (
         <select id={id} {...attributes} value={String(value ?? '')} onChange={(event) => onChange(event.currentTarget.value)}>
           {!schema.enum!.includes(value) && <option value={String(value ?? '')}>{String(value ?? '')}</option>}
@@ -177,12 +178,17 @@ export function Members({ schema, pointer, value, errors, onChange }: FieldProps
   const required = schema.required ?? [];
   const set = (name: string, next: Value): void => onChange({ ...members, [name]: next });
   const drop = (name: string): void => onChange(Object.fromEntries(Object.entries(members).filter(([key]) => key !== name)));
+  const unknown = Object.keys(members).filter((name) => !(name in (schema.properties ?? {})));
   const missing = known.filter(([name]) => !(name in members) && !required.includes(name));
   return (
     <>
       {known.filter(([name]) => name in members || required.includes(name)).map(([name, part]) => (
         <Field key={name} name={name} schema={part} pointer={child(pointer, name)} value={members[name]} errors={errors}
           onChange={(next) => set(name, next)} onRemove={required.includes(name) ? undefined : () => drop(name)} />
+      ))}
+      {unknown.map((name) => (
+        <Field key={name} name={name} schema={{ description: 'The daemon does not know this member.' }} pointer={child(pointer, name)} value={members[name]} errors={errors}
+          onChange={(next) => set(name, next)} onRemove={() => drop(name)} />
       ))}
       {missing.length > 0 && (
         <div class="chips" role="group" aria-label="Add an optional member">

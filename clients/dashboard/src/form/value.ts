@@ -1,6 +1,6 @@
 /** Values of a form: what a text means, and how a value is written. */
 
-import { isNumbers, NdArray, type Schema } from 'scatterd';
+import { isNumbers, NdArray, type ProcessDescription, type Schema } from 'scatterd';
 
 export type Value = unknown;
 
@@ -68,6 +68,16 @@ const rules: [Kind, (schema: Schema) => boolean][] = [
 
 export function kindOf(schema: Schema): Kind {
   return rules.find(([, fits]) => fits(schema))?.[0] ?? 'text';
+}
+
+/** The inputs of a process as the properties of one object. */
+export function schemaOf({ inputs }: ProcessDescription): Schema {
+  const parts = Object.entries(inputs);
+  return {
+    type: 'object',
+    properties: Object.fromEntries(parts.map(([name, { schema, description }]) => [name, { ...schema, description: schema.description ?? description }])),
+    required: parts.filter(([, { minOccurs }]) => minOccurs === 1).map(([name]) => name),
+  };
 }
 
 /** A first value for a member that is added. */

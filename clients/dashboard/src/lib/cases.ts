@@ -129,3 +129,31 @@ export const cases: Case[] = [
 export function caseOf(id: string | null): Case | undefined {
   return cases.find((one) => one.id === id);
 }
+
+// ---- Problems of one's own ----
+
+const starts: Record<string, Request['inputs']> = {
+  solve: {
+    cloud: { lattice: { lower: [0, 0], upper: [1, 1], cells: [40, 40], jitter: 0.2, seed: 1 } },
+    diffusivity: 1,
+    source: 1,
+    boundary: [{ on: 'boundary', type: 'dirichlet', value: 0 }],
+  },
+  apply: { cloud: { lattice: { lower: [0, 0], upper: [1, 1], cells: [40, 40], jitter: 0.2, seed: 1 } }, field: 'sin(3*x) * cos(2*y)' },
+  diagnose: { cloud: { lattice: { lower: [0, 0], upper: [1, 1], cells: [40, 40], jitter: 0.5, seed: 1 } } },
+  study: { case: 'gartland' },
+  flow: { case: 'cavity', cells: 24, reynolds: 100, end: 6 },
+  echo: { message: 'hello' },
+  batch: {
+    cloud: { lattice: { lower: [0, 0], upper: [1, 1], cells: [40, 40], jitter: 0.2, seed: 1 } },
+    requests: [
+      { process: 'solve', inputs: { diffusivity: 1, source: 1, boundary: [{ on: 'boundary', type: 'dirichlet', value: 0 }] } },
+      { process: 'diagnose', inputs: {} },
+    ],
+  },
+};
+
+/** The inputs with which a problem of one's own begins. */
+export function startOf(process: string): Request['inputs'] {
+  return structuredClone(starts[process] ?? {});
+}

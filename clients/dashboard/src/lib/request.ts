@@ -64,7 +64,9 @@ export function asCurl({ process, inputs }: Request, base: string): string {
 export function asPython({ process, inputs }: Request, base: string): string {
   const call = ['solve', 'apply', 'diagnose'].includes(process)
     ? `client.${process}(\n${named(inputs)})`
-    : `client.execute("${process}", ${python(inputs, '    ')})`;
+    : process === 'batch'
+      ? `client.submit("batch", ${python(inputs, '    ')}).result()`
+      : `client.execute("${process}", ${python(inputs, '    ')})`;
   return [
     'import scatterd',
     '',

@@ -9,7 +9,7 @@ import { rememberJob } from './memory';
 
 export type Run =
   | { state: 'idle' }
-  | { state: 'running'; since: number; job?: string; progress?: number; message?: string; residuals: number[] }
+  | { state: 'running'; since: number; process?: string; job?: string; progress?: number; message?: string; residuals: number[] }
   | { state: 'done'; request: Request; result: Result; seconds: number; job?: string }
   | { state: 'failed'; error: unknown; job?: string };
 
@@ -26,7 +26,8 @@ function heard(run: Run, { type, data }: JobEvent): Run {
   const progress = typeof data.progress === 'number' ? data.progress : run.progress;
   const message = [data.message, data.phase, type === 'phase' ? data.value : undefined].find((text) => typeof text === 'string');
   const residual = typeof data.residual === 'number' ? [...run.residuals, data.residual] : run.residuals;
-  return { ...run, ...(progress !== undefined && { progress }), message: (message as string) ?? run.message ?? '', residuals: residual };
+  const process = typeof data.processID === 'string' ? data.processID : run.process;
+  return { ...run, ...(progress !== undefined && { progress }), ...(process && { process }), message: (message as string) ?? run.message ?? '', residuals: residual };
 }
 
 export function useRunner(): Runner {
@@ -52,8 +53,10 @@ export function useRunner(): Runner {
   };
 
   const watch = async (job: Job, request: Request | undefined, stop: AbortSignal, since: number): Promise<Run> => {
-    const result = await job.wait<Result>({ signal: stop, onEvent: (event) => setRun((run) => heard(run, event)) });
-    const known = request ?? { process: guess(result), inputs: {} };
+    for await (const event of job.events({ signal: stop })) setRun((run) => heard(run, event));
+    const known = request ?? { process: (await job.status({ signal: stop })).processID ?? 'solve', inputs: {} };
+    const isBatch = known.process === 'batch'; // its parts are shown, each with its own result
+    const result = isBatch ? {} : await job.results<Result>({ signal: stop });
     return { state: 'done', request: known, result, seconds: (Date.now() - since) / 1000, job: job.id };
   };
 
@@ -65,7 +68,7 @@ export function useRunner(): Runner {
         const job = await client.submit(request.process, request.inputs, { signal: stop });
         mine.job = job;
         rememberJob(job.id, request);
-        setRun((run) => ({ ...run, job: job.id }) as Run);
+        setRun((run) => ({ ...run, job: job.id, process: request.process }) as Run);
         return watch(job, request, stop, Date.now());
       }
       const result = await client.execute(request.process, request.inputs, { signal: stop });
@@ -81,14 +84,6 @@ export function useRunner(): Runner {
       stop?.abort();
     },
   };
-}
-
-/** The process of a result whose request nobody knows any more. */
-function guess(result: Result): string {
-  if (result.table) return 'study';
-  if (result.particles) return 'flow';
-  if (result.solution) return 'solve';
-  return result.summary ? 'diagnose' : 'apply';
 }
 
 /** What to say when something failed, and which values are to blame. */

@@ -73,7 +73,7 @@ function halo(context: Context, text: string, x: number, y: number, ink: Ink): v
   context.fillText(text, x, y);
 }
 
-/** The box of a cloud in space, with the names of its axes. */
+/** The box of a cloud in space; beside its outermost edges the names of the axes, and how far they go. */
 export function drawBox(context: Context, camera: Camera, size: Size, scene: Scene, ink: Ink): void {
   const corner = (bits: number): [number, number] =>
     project(camera, size, [0, 1, 2].map((k) => (bits >> k & 1 ? scene.upper : scene.lower)[k]!) as [number, number, number]);
@@ -85,9 +85,16 @@ export function drawBox(context: Context, camera: Camera, size: Size, scene: Sce
   context.globalAlpha = 1;
   context.font = '12px system-ui, sans-serif';
   context.textAlign = 'center';
+  context.fillStyle = ink.text;
+  context.textBaseline = 'middle';
+  const between = (a: number, b: number): [number, number] => [0, 1].map((k) => (corner(a)[k]! + corner(b)[k]!) / 2) as [number, number];
+  const centre = between(0, 7);
   for (let k = 0; k < 3; k++) {
-    const [a, b] = [corner(0), corner(1 << k)];
-    halo(context, 'xyz'[k]!, (a[0] + b[0]) / 2, (a[1] + b[1]) / 2 + 10, ink);
+    const middles = [0, 1, 2, 3, 4, 5, 6, 7].filter((bits) => !(bits >> k & 1)).map((bits) => between(bits, bits | 1 << k));
+    const distance = ([x, y]: [number, number]): number => Math.hypot(x - centre[0], y - centre[1]);
+    const [x, y] = middles.reduce((far, middle) => (distance(middle) > distance(far) + 1 ? middle : far));
+    const out = 34 / Math.max(1, distance([x, y]));
+    halo(context, `${'xyz'[k]} ${number(scene.lower[k]!)} … ${number(scene.upper[k]!)}`, x + out * (x - centre[0]), y + out * (y - centre[1]), ink);
   }
 }
 

@@ -2,7 +2,7 @@
  *  sees nothing gets the numbers as a table. */
 
 import { scaleLinear, scaleLog } from 'd3-scale';
-import { useId, useState } from 'preact/hooks';
+import { useId, useLayoutEffect, useRef, useState } from 'preact/hooks';
 import { number } from '../lib/text';
 
 export interface Curve {
@@ -28,7 +28,7 @@ interface Props {
   height?: number;
 }
 
-const width = 560;
+const [narrowest, widest] = [280, 720];
 const room = { left: 62, right: 14, top: 12, bottom: 40 };
 
 type Scale = ((value: number) => number) & { ticks: (count?: number) => number[] };
@@ -51,8 +51,26 @@ function ticksOf(scale: Scale, { log }: Axis, wanted: number): number[] {
   return choices.find((ticks) => ticks.length >= 2) ?? all;
 }
 
+/** The room there is on the page: letters keep their size, whatever it is. */
+function useWidth(figure: { readonly current: HTMLElement | null }): number {
+  const [width, setWidth] = useState(560);
+  useLayoutEffect(() => {
+    const measure = (): void => {
+      const there = figure.current!.clientWidth;
+      if (there > 0) setWidth(Math.min(widest, Math.max(narrowest, there)));
+    };
+    measure();
+    const observer = new ResizeObserver(measure);
+    observer.observe(figure.current!);
+    return () => observer.disconnect();
+  }, []);
+  return width;
+}
+
 export function LinePlot({ title, curves, x, y, slopes = [], height = 260 }: Props) {
   const id = useId();
+  const figure = useRef<HTMLElement>(null);
+  const width = useWidth(figure);
   const [near, setNear] = useState<{ curve: number; k: number }>();
   const gather = (axis: 'x' | 'y'): number[] => curves.flatMap((curve) => Array.from(curve[axis]));
   const sx = scaleOf(x, gather('x'), [room.left, width - room.right]);
@@ -75,17 +93,17 @@ export function LinePlot({ title, curves, x, y, slopes = [], height = 260 }: Pro
   const pick = near && curves[near.curve];
 
   return (
-    <figure class="plot">
+    <figure class="plot" ref={figure}>
       <svg viewBox={`0 0 ${width} ${height}`} role="img" aria-labelledby={id} onMouseMove={follow} onMouseLeave={() => setNear(undefined)}>
         <title id={id}>{title}</title>
         <g class="plot-grid">
-          {ticksOf(sx, x, 6).map((value) => (
+          {ticksOf(sx, x, width / 90).map((value) => (
             <g key={value}>
               <line x1={sx(value)} x2={sx(value)} y1={room.top} y2={height - room.bottom} />
               <text x={sx(value)} y={height - room.bottom + 15} text-anchor="middle">{number(value)}</text>
             </g>
           ))}
-          {ticksOf(sy, y, 5).map((value) => (
+          {ticksOf(sy, y, height / 52).map((value) => (
             <g key={value}>
               <line x1={room.left} x2={width - room.right} y1={sy(value)} y2={sy(value)} />
               <text x={room.left - 6} y={sy(value) + 4} text-anchor="end">{number(value)}</text>

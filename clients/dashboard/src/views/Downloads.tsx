@@ -34,6 +34,7 @@ export function Downloads({ result, name, scene, step = 0, field, view, map = 'v
   });
   return (
     <div class="downloads">
+      <span class="hint">Download as</span>
       <button type="button" onClick={guarded(() => save(`${name}.json`, asDocument(result, 'json')))}>JSON</button>
       <button type="button" onClick={guarded(() => save(`${name}.cbor`, asDocument(result, 'cbor')))}>CBOR</button>
       {scene && field && <button type="button" onClick={table(asCsv, 'csv')}>CSV</button>}

@@ -34,7 +34,7 @@ export function Result(props: Props) {
 
 function Plain({ request, result }: Props) {
   return (
-    <section class="card">
+    <section class="card plain">
       <Downloads result={result} name={request.process} />
       <Figures result={result} />
       <pre class="code tall-text" tabIndex={0}>{JSON.stringify(result, null, 2)?.slice(0, 20_000)}</pre>

@@ -1,9 +1,10 @@
 /** A study: its table beside the paper's numbers, errors over mesh size, sections and histories. */
 
+import { useState } from 'preact/hooks';
 import { flat, type Result } from '../lib/scene';
 import { pack, type Request } from '../lib/request';
 import { goTo } from '../lib/route';
-import { number } from '../lib/text';
+import { number, some } from '../lib/text';
 import { LinePlot, type Curve } from '../plots/LinePlot';
 import { Downloads } from './Downloads';
 
@@ -46,7 +47,18 @@ export function StudyResult({ result }: { result: Result }) {
   );
 }
 
-const first = ['cells', 'points', 'l2', 'rate_l2', 'linf', 'rate_linf', 'linf_all', 'seconds'];
+/** Columns that every reader wants, with what they are. */
+const first = new Map([
+  ['cells', 'cells along the unit of length'],
+  ['points', 'points of the cloud'],
+  ['l2', 'root mean square of the error on inner points'],
+  ['rate_l2', 'order of l2 from the row before'],
+  ['linf', 'greatest error on inner points'],
+  ['rate_linf', 'order of linf from the row before'],
+  ['linf_all', 'greatest error on all points'],
+  ['seconds', 'time of one run (s)'],
+]);
+const furtherOf = 10; // with more columns than this, those that are not among the first are asked for
 
 interface Column {
   name: string;
@@ -57,7 +69,7 @@ interface Column {
 function columnsOf(table: Row[]): Column[] {
   const own = new Set(table.flatMap((row) => Object.keys(row).filter((name) => typeof row[name] === 'number')));
   const printed = new Set(table.flatMap(({ paper }) => Object.keys(paper ?? {})));
-  const names = [...first.filter((name) => own.has(name)), ...[...own].filter((name) => !first.includes(name))];
+  const names = [...[...first.keys()].filter((name) => own.has(name)), ...[...own].filter((name) => !first.has(name))];
   return names.flatMap((name) => [{ name, paper: false }, ...(printed.has(name) ? [{ name, paper: true }] : [])]);
 }
 
@@ -67,34 +79,47 @@ function cell(row: Row, { name, paper }: Column): string {
 }
 
 function StudyTable({ table, requests }: { table: Row[]; requests: Request[] | undefined }) {
-  const columns = columnsOf(table);
+  const [whole, setWhole] = useState(false);
+  const all = columnsOf(table);
+  const further = all.length > furtherOf ? all.filter(({ name }) => !first.has(name)).length : 0;
+  const columns = whole || further === 0 ? all : all.filter(({ name }) => first.has(name));
   const open = async (k: number): Promise<void> => {
     const { inputs } = requests![k]!;
     const packed = await pack({ process: 'field' in inputs ? 'apply' : 'solve', inputs });
     if (packed) goTo(`run/${'field' in inputs ? 'apply' : 'solve'}?r=${packed}&go=1`);
   };
   return (
-    <div class="scroll" tabIndex={0} role="region" aria-label="Table of the study">
-      <table class="numbers">
-        <thead>
-          <tr>
-            {requests && <th scope="col"><span class="unseen">Look at it</span></th>}
-            {columns.map(({ name, paper }) => (
-              <th key={name + paper} scope="col" class={paper ? 'paper' : undefined}>{paper ? 'in the paper' : name.replaceAll('_', ' ')}</th>
-            ))}
-          </tr>
-        </thead>
-        <tbody>
-          {table.map((row, k) => (
-            <tr key={k}>
-              {requests && <td>{requests[k] && <button type="button" class="link" onClick={() => void open(k)}>look</button>}</td>}
-              {columns.map((column) => <td key={column.name + column.paper} class={column.paper ? 'paper' : undefined}>{cell(row, column)}</td>)}
+    <>
+      <div class="scroll" tabIndex={0} role="region" aria-label="Table of the study">
+        <table class="numbers">
+          <thead>
+            <tr>
+              {requests && <th scope="col"><span class="unseen">Look at it</span></th>}
+              {columns.map(({ name, paper }) => (
+                <th key={name + paper} scope="col" class={paper ? 'paper' : undefined} title={paper ? `${plain(name)} as the paper printed it` : first.get(name)}>{paper ? 'in the paper' : plain(name)}</th>
+              ))}
             </tr>
-          ))}
-        </tbody>
-      </table>
-    </div>
+          </thead>
+          <tbody>
+            {table.map((row, k) => (
+              <tr key={k}>
+                {requests && <td>{requests[k] && <button type="button" class="link" onClick={() => void open(k)}>look</button>}</td>}
+                {columns.map((column) => <td key={column.name + column.paper} class={column.paper ? 'paper' : undefined}>{cell(row, column)}</td>)}
+              </tr>
+            ))}
+          </tbody>
+        </table>
+      </div>
+      <div class="table-foot">
+        <p class="hint">{columns.filter(({ name, paper }) => !paper && /^(rate|l2|linf)/.test(name) && first.has(name)).map(({ name }) => `${plain(name)}: ${first.get(name)}`).join(' · ')}</p>
+        {further > 0 && <button type="button" class="quiet" aria-expanded={whole} onClick={() => setWhole(!whole)}>{whole ? 'Fewer columns' : some(further, 'further column')}</button>}
+      </div>
+    </>
   );
+}
+
+function plain(name: string): string {
+  return name.replaceAll('_', ' ');
 }
 
 function Convergence({ table }: { table: Row[] }) {

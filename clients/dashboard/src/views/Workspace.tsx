@@ -4,7 +4,8 @@ import { useEffect, useRef, useState } from 'preact/hooks';
 import type { ProcessDescription, ProcessSummary } from 'scatterd';
 import { Editor } from '../form/Editor';
 import type { CloudValue } from '../lib/cloudfile';
-import { caseOf } from '../lib/cases';
+import { partOf } from '../lib/batch';
+import { caseOf, startOf } from '../lib/cases';
 import { base, client, describe, hasJobs, useAsked } from '../lib/daemon';
 import { firstLook, readLook, writeLook, type Look } from '../lib/look';
 import { draftOf, rememberDraft, requestOfJob } from '../lib/memory';
@@ -16,39 +17,27 @@ import { seconds } from '../lib/text';
 import { Picture } from '../picture/Picture';
 import { plainName } from '../form/Field';
 import { LinePlot } from '../plots/LinePlot';
+import { BatchResult } from './BatchResult';
 import { Result } from './Result';
-
-const starts: Record<string, Request['inputs']> = {
-  solve: {
-    cloud: { lattice: { lower: [0, 0], upper: [1, 1], cells: [40, 40], jitter: 0.2, seed: 1 } },
-    diffusivity: 1,
-    source: 1,
-    boundary: [{ on: 'boundary', type: 'dirichlet', value: 0 }],
-  },
-  apply: { cloud: { lattice: { lower: [0, 0], upper: [1, 1], cells: [40, 40], jitter: 0.2, seed: 1 } }, field: 'sin(3*x) * cos(2*y)' },
-  diagnose: { cloud: { lattice: { lower: [0, 0], upper: [1, 1], cells: [40, 40], jitter: 0.5, seed: 1 } } },
-  study: { case: 'gartland' },
-  flow: { case: 'cavity', cells: 24, reynolds: 100, end: 6 },
-  echo: { message: 'hello' },
-};
 
 /** What a route asks for: a request out of the link, a case, a remembered draft, or a start. */
 async function requestOf({ path, query }: Route): Promise<Request | undefined> {
   const packed = query.get('r');
   if (packed) return unpack(packed);
-  if (path[0] === 'jobs') return requestOfJob(path[1] ?? '');
+  if (path[0] === 'jobs') return requestOfJob(path[1] ?? '') ?? partOf(requestOfJob(query.get('batch') ?? ''), Number(query.get('part')));
   const known = caseOf(query.get('case'));
   if (known) return structuredClone({ process: known.process, inputs: known.inputs });
   const process = path[1] ?? 'solve';
   const study = query.get('study');
   if (study) return { process, inputs: { case: study } };
-  return draftOf(process) ?? { process, inputs: starts[process] ?? {} };
+  return draftOf(process) ?? { process, inputs: startOf(process) };
 }
 
 export function Workspace({ route }: { route: Route }) {
   const key = `${route.path.join('/')}?${['r', 'case', 'study'].map((name) => route.query.get(name) ?? '').join('&')}`;
   const { value: processes } = useAsked(() => client.processes(), []);
-  const [request, setRequest] = useState<Request>();
+  const [request, setRequest] = useState<Request>(); // none: of a job that another browser asked for
+  const [opened, setOpened] = useState<string>();
   const [look, setLook] = useState<Look>(firstLook);
   const runner = useRunner();
   const job = route.path[0] === 'jobs' ? route.path[1] : undefined;
@@ -57,11 +46,12 @@ export function Workspace({ route }: { route: Route }) {
     let current = true;
     void requestOf(route).then((found) => {
       if (!current) return;
-      setRequest(found ?? { process: 'solve', inputs: {} });
+      setRequest(found);
+      setOpened(key);
       setLook(readLook(route.query));
       if (job) runner.follow(job, found);
       else if (found && route.query.has('go')) runner.start(found, false);
-    }, () => setRequest({ process: 'solve', inputs: starts.solve! }));
+    }, () => { setRequest({ process: 'solve', inputs: startOf('solve') }); setOpened(key); });
     return () => {
       current = false;
     };
@@ -78,16 +68,29 @@ export function Workspace({ route }: { route: Route }) {
     setRequest(next);
     rememberDraft(next);
   };
-  if (!request) return <p class="empty">Opening …</p>;
+  if (opened === undefined) return <p class="empty">Opening …</p>;
   return (
     <main class="workspace" id="main">
-      <Problem request={request} processes={processes ?? []} runner={runner} onChange={change} look={look} />
+      {request
+        ? <Problem request={request} processes={processes ?? []} runner={runner} onChange={change} look={look} />
+        : <NotKnown />}
       <div class="outcome" ref={outcome}><Outcome runner={runner} request={request} look={look} onLook={setLook} /></div>
     </main>
   );
 }
 
 // ---- To the left ----
+
+/** In place of the form of a job whose request is not known here. */
+function NotKnown() {
+  return (
+    <section class="problem not-known" aria-label="Problem">
+      <h2>What was asked is not known here</h2>
+      <p class="hint">The daemon keeps the results of a job; what was asked is kept by the browser or program that asked, and by links that were copied from it.</p>
+      <p><a href="#run/solve">Pose a problem</a> · <a href="#jobs">All jobs</a></p>
+    </section>
+  );
+}
 
 interface ProblemProps {
   request: Request;
@@ -105,18 +108,20 @@ function Problem({ request, processes, runner, look, onChange }: ProblemProps) {
   const errors = run.state === 'failed' ? explain(run.error).errors : [];
   const submit = (event: Event): void => {
     event.preventDefault();
-    runner.start(request, asJob && jobs === true);
+    runner.start(request, alwaysJob || (asJob && jobs === true));
   };
   const fits = description?.id === request.process;
+  const alwaysJob = fits && description.jobControlOptions?.includes('sync-execute') === false;
   return (
     <form class="problem" aria-label="Problem" onSubmit={submit} onKeyDown={(event) => { if (event.key === 'Enter' && (event.ctrlKey || event.metaKey)) submit(event); }}>
       <div class="problem-head">
         <label class="pick"><span>Process</span>
           <select value={request.process} onChange={(event) => goTo(`run/${event.currentTarget.value}`)}>
             {!processes.some(({ id }) => id === request.process) && <option value={request.process}>{request.process}</option>}
-            {processes.map(({ id, title }) => <option key={id} value={id}>{id}: {title}</option>)}
+            {processes.map(({ id }) => <option key={id} value={id}>{id}</option>)}
           </select>
         </label>
+        {fits && <p class="hint">{description.title}</p>}
       </div>
       <div class="problem-body">
         {error !== undefined && <Missing process={request.process} error={error} />}
@@ -126,9 +131,9 @@ function Problem({ request, processes, runner, look, onChange }: ProblemProps) {
         {/* with keys: the button clicked must not turn into the other while it is being clicked */}
         {run.state === 'running'
           ? <button key="cancel" type="button" class="main danger" onClick={runner.cancel}>Cancel</button>
-          : <button key="solve" type="submit" class="main" disabled={!fits} title="Ctrl + Enter">Solve</button>}
+          : <button key="solve" type="submit" class="main" disabled={!fits || (alwaysJob && jobs === false)} title="Ctrl + Enter">{alwaysJob ? 'Submit' : 'Solve'}</button>}
         {jobs
-          ? <label class="toggle"><input type="checkbox" checked={asJob} onChange={(event) => setAsJob(event.currentTarget.checked)} /> as a job</label>
+          ? !alwaysJob && <label class="toggle" title="The daemon works on it by itself and keeps the result; this page may be closed meanwhile"><input type="checkbox" checked={asJob} onChange={(event) => setAsJob(event.currentTarget.checked)} /> as a job</label>
           : jobs === false && <span class="hint">This daemon keeps no jobs</span>}
         <span class="spring" />
         <CopyLink request={request} look={look} run={run} />
@@ -164,12 +169,20 @@ function CopyLink({ request, look, run }: { request: Request; look: Look; run: R
 
 // ---- To the right ----
 
-function Outcome({ runner, request, look, onLook }: { runner: Runner; request: Request; look: Look; onLook: (look: Look) => void }) {
+function Outcome({ runner, request, look, onLook }: { runner: Runner; request: Request | undefined; look: Look; onLook: (look: Look) => void }) {
   const { run } = runner;
+  const batch = batchOf(run);
+  if (batch) return <BatchResult key={batch} id={batch} request={run.state === 'done' ? run.request : request} onCancel={runner.cancel} />;
   if (run.state === 'running') return <Progress run={run} onCancel={runner.cancel} />;
   if (run.state === 'failed') return <Failure error={run.error} />;
   if (run.state === 'done') return <Result request={run.request} result={run.result} seconds={run.seconds} look={look} onLook={onLook} />;
   return <Preview request={request} />;
+}
+
+/** The job of a run that is a batch. */
+function batchOf(run: Runner['run']): string | undefined {
+  if (run.state === 'running' && run.process === 'batch') return run.job;
+  return run.state === 'done' && run.request.process === 'batch' ? run.job : undefined;
 }
 
 function Progress({ run, onCancel }: { run: Extract<Runner['run'], { state: 'running' }>; onCancel: () => void }) {
@@ -207,7 +220,8 @@ function Failure({ error }: { error: unknown }) {
 }
 
 /** Before anything was solved: the points, if they are of one's own. */
-function Preview({ request }: { request: Request }) {
+function Preview({ request }: { request: Request | undefined }) {
+  if (!request) return <section class="card empty" />;
   const cloud = request.inputs.cloud as CloudValue | undefined;
   if (cloud?.points && typeof cloud.points === 'object' && 'data' in cloud.points) {
     const scene = sceneOfCloud(cloud.points, cloud.groups);
@@ -219,8 +233,10 @@ function Preview({ request }: { request: Request }) {
         {Array.from({ length: 60 }, (_, k) => <circle key={k} cx={6 + (k % 12) * 9.8 + 3 * Math.sin(k * 7)} cy={6 + Math.floor(k / 12) * 12 + 3 * Math.cos(k * 5)} r="1.6" />)}
       </svg>
       <h2>{plainName(request.process)}</h2>
-      <p>Set up the problem and press Solve: what comes out is drawn here.</p>
-      <p class="hint"><kbd>Ctrl</kbd> + <kbd>Enter</kbd> solves from any field.</p>
+      {request.process === 'batch'
+        ? <p>List the requests and press Submit: how far each of them is, and its result, is found here.</p>
+        : <p>Set up the problem and press Solve: what comes out is drawn here.</p>}
+      <p class="hint"><kbd>Ctrl</kbd> + <kbd>Enter</kbd> does the same from any field.</p>
     </section>
   );
 }
