@@ -21,6 +21,8 @@ build() { # folder, further options
   rm -f "$folder.log"
 }
 
+# What decides is the same every time; tests run by hand choose seeds of their own.
+export SCATTERD_SEED="${SCATTERD_SEED:-20251123}"
 jobs=$(nproc)
 build build-check
 if [ $# -gt 0 ]; then

@@ -3,7 +3,7 @@
 import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import { test } from 'node:test';
-import { drawn, heat, linkTo, need, withPage } from './page.mjs';
+import { drawn, eventually, heat, linkTo, need, withPage } from './page.mjs';
 
 const axe = readFileSync(need.resolve('axe-core/axe.min.js'), 'utf8');
 
@@ -50,7 +50,8 @@ test('a problem is posed and solved without a mouse', () => withPage(async ({ pa
   await page.getByRole('heading', { name: 'A boundary layer', exact: true }).waitFor();
   await page.keyboard.press('Tab');
   await page.keyboard.press('Enter'); // skip to the content
-  assert.equal(await page.evaluate(() => document.activeElement.textContent), 'A front carried round a bend');
+  await eventually(async () =>
+    assert.equal(await page.evaluate(() => document.activeElement.textContent), 'A front carried round a bend'));
   await page.keyboard.press('Tab');
   await page.keyboard.press('Enter'); // edit it
   await page.getByLabel('Diffusivity', { exact: true }).focus();
@@ -58,7 +59,8 @@ test('a problem is posed and solved without a mouse', () => withPage(async ({ pa
   await drawn(page, 81 * 41);
   await page.getByRole('tab', { name: 'Numbers' }).focus();
   await page.keyboard.press('ArrowRight');
-  assert.equal(await page.getByRole('tab', { name: 'Cut' }).getAttribute('aria-selected'), 'true');
+  await eventually(async () =>
+    assert.equal(await page.getByRole('tab', { name: 'Cut' }).getAttribute('aria-selected'), 'true'));
 }));
 
 test('the theme can be chosen, and stays', () => withPage(async ({ page, daemon }) => {
@@ -67,8 +69,8 @@ test('the theme can be chosen, and stays', () => withPage(async ({ page, daemon 
   const light = await paper();
   await page.getByRole('button', { name: 'Colours: Auto' }).click();
   await page.getByRole('button', { name: 'Colours: Light' }).click();
-  assert.notEqual(await paper(), light);
+  await eventually(async () => assert.notEqual(await paper(), light));
   await page.reload();
   await page.getByRole('button', { name: 'Colours: Dark' }).waitFor();
-  assert.notEqual(await paper(), light);
+  await eventually(async () => assert.notEqual(await paper(), light));
 }));

@@ -2,7 +2,7 @@
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { drawn, linkTo, unitSquare, withPage } from './page.mjs';
+import { drawn, eventually, linkTo, unitSquare, withPage } from './page.mjs';
 
 const good = { cloud: unitSquare(10), diffusivity: 1, boundary: [{ on: 'boundary', type: 'dirichlet', value: 'x' }] };
 const wrong = { ...good, velcity: 1, diffusivity: '1 + q', boundary: [{ on: 'botom', type: 'dirichlet', value: 0 }] };
@@ -16,7 +16,7 @@ test('problems mark the fields they point to', () => withPage(async ({ page, dae
   const described = (await field.getAttribute('aria-describedby')).split(' ').at(-1);
   assert.match(await page.evaluate((id) => document.getElementById(id).textContent, described), /unknown name "q"/);
   await page.getByRole('button', { name: '/inputs/boundary/0/on' }).click();
-  assert.equal(await page.evaluate(() => document.activeElement.value), 'botom');
+  await eventually(async () => assert.equal(await page.evaluate(() => document.activeElement.value), 'botom'));
 
   await page.keyboard.press('ControlOrMeta+a');
   await page.keyboard.type('boundary');

@@ -72,6 +72,19 @@ export function drawn(page, points) {
     points, { timeout: patience });
 }
 
+/** What a check asserts holds in the end: for what the page does in its own time. */
+export async function eventually(check) {
+  const end = Date.now() + patience;
+  for (;;) {
+    try {
+      return await check();
+    } catch (error) {
+      if (Date.now() > end) throw error;
+      await new Promise((resolve) => setTimeout(resolve, 100));
+    }
+  }
+}
+
 /** Pixels of the points' canvas, [height][width] with four bytes each. */
 export function pixels(page) {
   return page.evaluate(() => {
@@ -92,6 +105,19 @@ export function likeness(page) {
     return Array.from(new Uint8Array(await crypto.subtle.digest('SHA-256', bytes))).join();
   });
 }
+
+/** The likeness of a picture that has come to rest. */
+export async function atRest(page) {
+  for (let before = null; ;) {
+    const now = await likeness(page);
+    if (now === before) return now;
+    before = now;
+    await page.waitForTimeout(600);
+  }
+}
+
+export const looksLike = (page, other) => eventually(async () => assert.equal(await likeness(page), other));
+export const looksOther = (page, than) => eventually(async () => assert.notEqual(await likeness(page), than));
 
 export const unitSquare = (cells, jitter = 0.2) => ({ lattice: { lower: [0, 0], upper: [1, 1], cells: [cells, cells], jitter, seed: 1 } });
 

@@ -5,7 +5,7 @@ import { readFile } from 'node:fs/promises';
 import { join } from 'node:path';
 import { test } from 'node:test';
 import { pathToFileURL } from 'node:url';
-import { drawn, heat, likeness, linkTo, pick, pixels, unitSquare, withPage } from './page.mjs';
+import { atRest, drawn, eventually, heat, linkTo, looksLike, looksOther, pick, pixels, unitSquare, withPage } from './page.mjs';
 
 const { interpolateViridis } = await import(
   pathToFileURL(join(process.env.SCATTERD_WEB, 'node_modules/d3-scale-chromatic/src/index.js')));
@@ -34,19 +34,20 @@ test('Smith-Hutton: the colours are those of the solution', () => withPage(async
   await page.getByRole('link', { name: 'A front carried round a bend', exact: true }).click();
   const request = (await asked).request();
   await drawn(page, 81 * 41);
-  await page.waitForTimeout(500);
   const again = await fetch(request.url(), { method: 'POST', body: request.postDataBuffer(), headers: { 'Content-Type': 'application/cbor', Accept: 'application/json' } });
   const { solution, points } = await again.json();
-  const image = await pixels(page);
   const inner = points.map((place, p) => ({ place, value: solution[p] }))
     .filter(({ place: [x, y] }, p) => p % 7 === 0 && Math.abs(x) < 0.95 && y > 0.05 && y < 0.95);
   const most = Math.max(...solution);
-  for (const { place, value } of inner) {
-    const found = colourAt(image, pixelOf(place, [-1, 0], [1, 1], image));
-    assert.ok(distance(found, rgb(interpolateViridis(value / most))) <= 6, `${place}: ${found} for ${value}`);
-  }
-  const colours = new Set(inner.map(({ place }) => colourAt(image, pixelOf(place, [-1, 0], [1, 1], image)).join()));
-  assert.ok(colours.size > 40, `${colours.size} colours`);
+  await eventually(async () => {
+    const image = await pixels(page);
+    for (const { place, value } of inner) {
+      const found = colourAt(image, pixelOf(place, [-1, 0], [1, 1], image));
+      assert.ok(distance(found, rgb(interpolateViridis(value / most))) <= 6, `${place}: ${found} for ${value}`);
+    }
+    const colours = new Set(inner.map(({ place }) => colourAt(image, pixelOf(place, [-1, 0], [1, 1], image)).join()));
+    assert.ok(colours.size > 40, `${colours.size} colours`);
+  });
   assert.equal(await page.getByRole('img', { name: /Solution on/ }).count(), 1);
 }));
 
@@ -54,12 +55,11 @@ test('a problem of the form: error, times, cut, neighbours, link', () => withPag
   await page.goto(`${daemon.url}/${linkTo('solve', heat)}`);
   await page.getByRole('button', { name: 'Solve', exact: true }).click();
   await drawn(page, 441);
-  const before = await likeness(page);
+  const before = await atRest(page);
   await pick(page, 'Colour').selectOption('error');
   await page.getByRole('img', { name: /Error/ }).waitFor();
   await page.waitForFunction(() => document.querySelector('.stage-foot').textContent.includes('solved'));
-  await page.waitForTimeout(300);
-  assert.notEqual(await likeness(page), before);
+  await looksOther(page, before);
 
   await page.getByLabel('Time', { exact: true }).focus();
   await page.keyboard.press('Home');
@@ -89,14 +89,13 @@ test('the keyboard moves, zooms and reads off', () => withPage(async ({ page, da
   await drawn(page, 441);
   const hands = page.locator('.hands');
   await hands.focus();
-  const start = await likeness(page);
+  const start = await atRest(page);
   await page.keyboard.press('ArrowLeft');
   await page.keyboard.press('+');
-  await page.waitForTimeout(600);
-  assert.notEqual(await likeness(page), start);
+  await looksOther(page, start);
+  await atRest(page);
   await page.keyboard.press('0');
-  await page.waitForTimeout(600);
-  assert.equal(await likeness(page), start);
+  await looksLike(page, start);
   await page.keyboard.press('Shift+ArrowRight');
   await page.locator('.probe b').waitFor();
   assert.match(await page.locator('.probe').innerText(), /at \(0\.5/);
@@ -127,10 +126,9 @@ test('space and the line', () => withPage(async ({ page, daemon }) => {
   const boundary = [{ on: 'boundary', type: 'dirichlet', value: 0 }];
   await page.goto(`${daemon.url}/${linkTo('solve', { cloud: box, diffusivity: 1, source: 1, boundary }, { go: '1' })}`);
   await drawn(page, 729);
-  const closed = await likeness(page);
+  const closed = await atRest(page);
   await pick(page, 'Open').fill('0.5');
-  await page.waitForTimeout(600);
-  assert.notEqual(await likeness(page), closed);
+  await looksOther(page, closed);
   const line = { lattice: { lower: [0], upper: [1], cells: [20] } };
   await page.goto(`${daemon.url}/${linkTo('solve', { cloud: line, diffusivity: 1, source: 1, boundary }, { go: '1' })}`);
   await page.getByRole('img', { name: 'Solution' }).waitFor();

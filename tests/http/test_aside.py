@@ -105,11 +105,11 @@ class Case(unittest.TestCase):
         self.assertEqual(self.server.request("POST", daemon.EXECUTE, "small", JSON).body, b"small")
         self.assertIn(self.upload("[1, 2]").status, (200, 201))
         job = self.submit("small job").json["jobID"]
-        self.assertEqual(self.get(f"/jobs/{job}", Prefer="wait=30").json["status"], "successful")
+        self.assertEqual(self.get(f"/jobs/{job}", Prefer="wait=60").json["status"], "successful")
         self.assertEqual(self.faults.held(), held)
 
     def assert_done(self, job, body):
-        self.assertEqual(self.get(f"/jobs/{job}", Prefer="wait=30").json["status"], "successful")
+        self.assertEqual(self.get(f"/jobs/{job}", Prefer="wait=60").json["status"], "successful")
         self.assertEqual(self.get(f"/jobs/{job}/results").body.decode(), body)
 
     def stop(self):
@@ -274,7 +274,7 @@ class Full(Case):
                 self.wait_held(2)
                 self.faults.fail(kind, errno.ENOSPC, times=1)
                 self.faults.let_go(2)
-                info = self.get(f"/jobs/{job}", Prefer="wait=30").json
+                info = self.get(f"/jobs/{job}", Prefer="wait=60").json
                 self.assertEqual(info["status"], "failed", info)
                 self.assertEqual(self.get(f"/jobs/{job}/results").status, 507)
         self.assertEqual(self.server.files(), [])

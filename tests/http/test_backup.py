@@ -65,7 +65,7 @@ class Backup(unittest.TestCase):
 
         restored = self.start_on(copy)
         for job, body in jobs.items():
-            info = restored.request("GET", f"/jobs/{job}", headers={"Prefer": "wait=30"})
+            info = restored.request("GET", f"/jobs/{job}", headers={"Prefer": "wait=60"})
             self.assertEqual(info.json.get("status"), "successful", info.body)
             reply = restored.request("GET", f"/jobs/{job}/results")
             self.assertEqual((reply.status, reply.body.decode()), (200, body))

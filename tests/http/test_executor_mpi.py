@@ -149,8 +149,8 @@ class Mpi(daemon.Case):
         return Runs.results(self.daemon, job)
 
     def assert_nothing_left(self):
-        daemon.wait_until(lambda: not ranks_of(self.daemon.data), "the end of all ranks", 5)
-        daemon.wait_until(lambda: not os.listdir(f"{self.daemon.data}/runs"), "empty runs", 5)
+        daemon.wait_until(lambda: not ranks_of(self.daemon.data), "the end of all ranks")
+        daemon.wait_until(lambda: not os.listdir(f"{self.daemon.data}/runs"), "empty runs")
 
     def test_forms_are_those_of_any_job(self):
         job = self.submit(solve([40, 40]))
@@ -224,7 +224,7 @@ class Mpi(daemon.Case):
         daemon.wait_until(lambda: Runs.status(self.daemon, job)["progress"] > 10, "progress")
         self.assertEqual(self.request("DELETE", f"/jobs/{job}").status, 200)
         begun = time.monotonic()
-        daemon.wait_until(lambda: not ranks_of(self.daemon.data), "the end of all ranks", 5)
+        daemon.wait_until(lambda: not ranks_of(self.daemon.data), "the end of all ranks")
         print(f"all ranks gone after {time.monotonic() - begun:.2f} s")
         self.assert_nothing_left()
         self.assertGreater(len(self.results(self.submit(solve([40, 40])))["solution"]), 0)
@@ -251,7 +251,7 @@ class Limits(unittest.TestCase):
             job = Runs.submit(one, request)
             now = Runs.ended(one, job)
             told = one.request("GET", f"/jobs/{job}/results")
-            daemon.wait_until(lambda: not ranks_of(one.data), "the end of all ranks", 5)
+            daemon.wait_until(lambda: not ranks_of(one.data), "the end of all ranks")
             return now, told
         finally:
             self.assertEqual(one.stop(), 0)
@@ -288,7 +288,7 @@ class Restart(unittest.TestCase):
         job = Runs.submit(one, solve([500, 500], ("norms",)))
         daemon.wait_until(lambda: len(ranks_of(one.data)) == 2, "two ranks")
         one.stop(signal.SIGKILL, keep=True)
-        daemon.wait_until(lambda: not ranks_of(one.data), "the end of all ranks", 5)
+        daemon.wait_until(lambda: not ranks_of(one.data), "the end of all ranks")
         other = daemon.Daemon(*options(2), stub=False, directory=one.directory)
         try:
             self.assertIn("norms", Runs.results(other, job))

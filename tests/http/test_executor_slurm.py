@@ -62,7 +62,7 @@ class Slurm(unittest.TestCase):
         return self.submit(solve([700, 700], ("norms", "report"), solver=SLOW))
 
     def assert_no_ranks(self):
-        daemon.wait_until(lambda: not mpi.ranks_of(self.daemon.data), "the end of all ranks", 10)
+        daemon.wait_until(lambda: not mpi.ranks_of(self.daemon.data), "the end of all ranks")
 
 
 class States(Slurm):
@@ -110,7 +110,7 @@ class States(Slurm):
         self.assert_no_ranks()
         print(f"all ranks gone after {time.monotonic() - begun:.2f} s")
         wait_for_state(runs, "CANCELLED")
-        daemon.wait_until(lambda: not os.listdir(f"{self.daemon.data}/runs"), "empty runs", 10)
+        daemon.wait_until(lambda: not os.listdir(f"{self.daemon.data}/runs"), "empty runs")
 
     def test_cancelled_by_somebody_else(self):
         job = self.large()

@@ -646,7 +646,7 @@ class Restart(unittest.TestCase):
             with self.subTest(how):
                 first = self.start()
                 done = self.submit(first, "done" + 20000 * " ")
-                self.status(first, done, Prefer="wait=20")
+                self.status(first, done, Prefer="wait=60")
                 running = self.submit(first, "sleep 600")
                 daemon.wait_until(lambda: self.status(first, running)["status"] == "running", "run")
                 waiting = self.submit(first, "waiting")
@@ -672,7 +672,7 @@ class Restart(unittest.TestCase):
             time.sleep(0.1)
             server.stop(daemon.signal.SIGKILL, keep=True)
             server = self.start(server.directory)
-        info = self.status(server, job, Prefer="wait=20")
+        info = self.status(server, job, Prefer="wait=60")
         self.assertEqual((info["status"], info["attempts"]), ("failed", 2))
         reply = server.request("GET", f"/jobs/{job}/results")
         self.assertEqual(reply.status, 500)

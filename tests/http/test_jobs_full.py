@@ -45,7 +45,7 @@ class Full(daemon.Case):
         return self.execute(body, Prefer="respond-async")
 
     def status(self, job):
-        return self.get(f"/jobs/{job}", Prefer="wait=20").json
+        return self.get(f"/jobs/{job}", Prefer="wait=60").json
 
     def test_submission(self):
         self.fill()

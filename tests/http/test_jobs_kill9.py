@@ -71,7 +71,7 @@ class Kill9(unittest.TestCase):
         print(f"{KILLS} kills, {len(accepted)} jobs accepted")
         self.assertGreater(len(accepted), 10)
         for job, body in accepted.items():
-            info = server.request("GET", f"/jobs/{job}", headers={"Prefer": "wait=30"}).json
+            info = server.request("GET", f"/jobs/{job}", headers={"Prefer": "wait=60"}).json
             self.assertEqual(info.get("status"), "successful", info)
             reply = server.request("GET", f"/jobs/{job}/results")
             self.assertEqual((reply.status, reply.body.decode()), (200, body))

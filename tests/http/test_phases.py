@@ -48,7 +48,7 @@ class Phases(daemon.Case):
         return reply.json["jobID"]
 
     def end_of(self, job):
-        return self.get(f"/jobs/{job}", Prefer="wait=30").json
+        return self.get(f"/jobs/{job}", Prefer="wait=60").json
 
     def test_somebody_waits(self):
         for phase, request in REQUESTS.items():
