@@ -151,12 +151,15 @@ def parameters(processes, job_processes):
         "limit": parameter("query", "limit", "How many to list at most (count).",
                            integer(1, 10000)),
         "offset": parameter("query", "offset", "How many to pass over (count).", integer(0)),
-        "type": parameter("query", "type", "Kinds of jobs, with commas between; all are process.",
+        "type": parameter("query", "type", "Kinds of jobs, with commas between or given once for "
+                          "each; all are process.",
                           text()),
         "processIDs": parameter("query", "processID",
-                                f"Processes of the jobs, with commas between: {job_processes}.",
+                                "Processes of the jobs, with commas between or given once for "
+                                f"each: {job_processes}.",
                                 text(minLength=1)),
-        "status": parameter("query", "status", f"States with commas between: {states}.", text()),
+        "status": parameter("query", "status", "States, with commas between or given once for each: "
+                            f"{states}.", text()),
         "datetime": parameter("query", "datetime", "When the jobs were created: a time of RFC 3339 "
                               "or two with / between, one of which may be `..`.", text()),
         "minDuration": parameter("query", "minDuration", "Least run time (s).", integer(0)),

@@ -5,6 +5,7 @@
 
 #include "alloc.h"
 #include "assemble_part.h"
+#include "length.h"
 #include "limited_rows.h"
 #include "points.h"
 #include "row.h"
@@ -86,13 +87,17 @@ static sct_status equation_row(assembly *job, int64_t i, sct_room *room, sct_err
 
 static sct_status unit_normal(const double *normal, int dim, int64_t i, double *unit,
                               sct_error *err) {
-  double length2 = 0;
-  for (int a = 0; a < dim; a++) length2 += normal[a] * normal[a];
-  if (!(length2 > 0 && isfinite(length2))) {
+  double largest = 0, scaled[SCT_DIM_MAX];
+  int exponent;
+  for (int a = 0; a < dim; a++) largest = fmax(largest, fabs(normal[a]));
+  if (!(largest > 0 && isfinite(largest))) {
     return sct_fail(err, SCT_E_ARGUMENT, i,
                     "has a condition on its normal derivative and no normal");
   }
-  for (int a = 0; a < dim; a++) unit[a] = normal[a] / sqrt(length2);
+  (void)frexp(largest, &exponent);
+  for (int a = 0; a < dim; a++) scaled[a] = ldexp(normal[a], -exponent);
+  const double length = sct_length(scaled, dim);
+  for (int a = 0; a < dim; a++) unit[a] = scaled[a] / length;
   return SCT_OK;
 }
 

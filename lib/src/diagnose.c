@@ -2,6 +2,7 @@
 
 #include <math.h>
 
+#include "length.h"
 #include "points.h"
 #include "stencil_inside.h"
 
@@ -112,35 +113,53 @@ sct_range sct_range_of(const double *value, int64_t n, int64_t stride, const uin
   return range;
 }
 
-static double length_of(const double *v, int components) {
-  double sum = 0;
-  if (components == 1) return fabs(v[0]);
-  for (int a = 0; a < components; a++) sum += v[a] * v[a];
-  return sqrt(sum);
+/* A power of two that takes `largest` to about 1, so that squares can be summed: exact. */
+static double scale_of(double largest) {
+  int exponent;
+  if (!(largest > 0 && isfinite(largest))) return 1;
+  (void)frexp(largest, &exponent);
+  return ldexp(1, exponent < -1000 ? 1000 : -exponent);
+}
+
+/* |e| at point i. */
+static double distance_of(const double *value, const double *exact, int64_t i, int components) {
+  double e[SCT_DIM_MAX];
+  for (int a = 0; a < components; a++) e[a] = value[i * components + a] - exact[i * components + a];
+  return sct_length(e, components);
+}
+
+/* The norms by squares, of errors and exact values scaled by `scale` and `exact_scale`. */
+static void mean_squares(const double *value, const double *exact, int64_t n, int components,
+                         const uint8_t *mask, double scale, double exact_scale, sct_norms *norms) {
+  double squares = 0, exact_squares = 0;
+  for (int64_t i = 0; i < n; i++) {
+    if (mask != NULL && !mask[i]) continue;
+    const double size = scale * distance_of(value, exact, i, components);
+    const double of = exact_scale * sct_length(exact + i * components, components);
+    squares += size * size;
+    exact_squares += of * of;
+  }
+  norms->l2 = sqrt(squares / (double)norms->points) / scale;
+  norms->l2_relative =
+      exact_squares > 0 ? sqrt(squares / exact_squares) / scale * exact_scale : NAN;
 }
 
 sct_norms sct_norms_of(const double *value, const double *exact, int64_t n, int components,
                        const uint8_t *mask) {
   sct_norms norms = {0};
-  double sum = 0, squares = 0, exact_squares = 0;
+  double sum = 0, exact_linf = 0;
   for (int64_t i = 0; i < n; i++) {
-    double e[SCT_DIM_MAX];
-    for (int a = 0; a < components; a++)
-      e[a] = value[i * components + a] - exact[i * components + a];
-    const double size = length_of(e, components);
+    const double size = distance_of(value, exact, i, components);
     norms.linf_all = size > norms.linf_all || isnan(size) ? size : norms.linf_all;
     if (mask != NULL && !mask[i]) continue;
-    const double of = length_of(exact + i * components, components);
     norms.linf = size > norms.linf || isnan(size) ? size : norms.linf;
+    exact_linf = fmax(exact_linf, sct_length(exact + i * components, components));
     norms.points++;
     sum += size;
-    squares += size * size;
-    exact_squares += of * of;
   }
-  const double points = (double)norms.points;
-  norms.l1 = sum / points;
-  norms.l2 = sqrt(squares / points);
-  norms.l2_relative = exact_squares > 0 ? sqrt(squares / exact_squares) : NAN;
+  norms.l1 = sum / (double)norms.points;
+  mean_squares(value, exact, n, components, mask, scale_of(norms.linf), scale_of(exact_linf),
+               &norms);
   if (norms.points == 0) norms.linf = NAN;
   return norms;
 }

@@ -367,7 +367,8 @@ static sct_status keep(sct_flow *f, double dt, const sct_work *work, sct_error *
   const bool stop =
       f->time == (f->next_stop < f->options.saves ? f->save[f->next_stop] : f->options.end);
   sct_status status = SCT_OK;
-  if (f->time > f->options.average_from) flow_average(f, dt);
+  /* a step that ends there is none of them, whatever rounding has made of its end */
+  if (f->time > f->options.average_from * (1 + 1e-12)) flow_average(f, dt);
   if (sample_is_due(f)) {
     status = flow_bins_fill(f, err);
     if (status == SCT_OK) status = flow_measure(f, work, err);

@@ -1,6 +1,7 @@
 /* row_upwind.c - the kernel W of the gradient in u . grad phi, by method. */
 #include <math.h>
 
+#include "length.h"
 #include "row.h"
 
 /* coth g - 1/g = g/3 - g^3/45 + 2 g^5/945 - ...; the two terms cancel for small g. */
@@ -14,12 +15,6 @@ double sct_upwind_beta(double gamma) {
     beta = 1 / tanh(g) - 1 / g;
   }
   return gamma < 0 ? -beta : beta;
-}
-
-static double speed_of(const row_job *job) {
-  double s = 0;
-  for (int a = 0; a < job->dim; a++) s += job->velocity[a] * job->velocity[a];
-  return sqrt(s);
 }
 
 /* gamma = |u| h / (2 mu); without diffusion the limit beta = 1. */
@@ -77,7 +72,7 @@ bool row_is_limited(const row_job *job) {
 }
 
 void row_upwind_weight(const row_job *job, double *weight) {
-  const double speed = speed_of(job);
+  const double speed = sct_length(job->velocity, job->dim);
   method *const make = methods[job->op->upwind];
   if (make == NULL || speed == 0) {
     for (int64_t k = 0; k < job->n; k++) weight[k] = job->room->f[k];

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "alloc.h"
+#include "length.h"
 #include "points.h"
 
 /* Rows of unknowns, columns of points. */
@@ -40,12 +41,6 @@ static const differences forward = {
 
 static const double relative_step = 1e-3;
 
-static double speed_of(const double *u, int dim) {
-  double square = 0;
-  for (int a = 0; u != NULL && a < dim; a++) square += u[a] * u[a];
-  return sqrt(square);
-}
-
 /* The row as the system has it (assemble.c), with the gradient in any case: where u = 0 now, it is
  * what a change of u brings. */
 static sct_status take_row(const survey *v, int64_t i, const double *u, double mu, sct_room *room,
@@ -58,7 +53,7 @@ static sct_status take_row(const survey *v, int64_t i, const double *u, double m
 static const double *velocity_of(const survey *v, int64_t i) {
   const int dim = v->slope->dim;
   const double *u = v->fields->velocity == NULL ? NULL : v->fields->velocity + i * dim;
-  return speed_of(u, dim) > 0 ? u : NULL;
+  return u != NULL && sct_length(u, dim) > 0 ? u : NULL;
 }
 
 /* Adds factor * u . g_ij to every entry `out` [row.n] strides apart. */
@@ -106,7 +101,7 @@ static sct_status vary_upwinded(const survey *v, int64_t i, const double *u, sct
                                 sct_error *err) {
   const sct_slope *s = v->slope;
   const int64_t first = s->start[v->system->row_of[i]];
-  const double speed = speed_of(u, s->dim), mu = v->fields->diffusivity[i];
+  const double speed = sct_length(u, s->dim), mu = v->fields->diffusivity[i];
   for (int a = 0; a < s->dim; a++) {
     const variation of = {a, relative_step * speed, &central, s->velocity + first * s->dim + a,
                           s->dim};

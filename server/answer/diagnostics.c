@@ -102,12 +102,12 @@ void diagnostics_of_fields(const double *velocity, const double *diffusivity, in
                            const uint8_t *mask, diagnostics *out) {
   double sum = 0, largest = 0, points = 0;
   for (int64_t i = 0; i < n; i++) {
-    double square = 0;
+    double speed = 0;
     if (mask && !mask[i]) continue;
     for (int a = 0; velocity && a < out->dim; a++) {
-      square += velocity[i * out->dim + a] * velocity[i * out->dim + a];
+      speed = hypot(speed, velocity[i * out->dim + a]);
     }
-    double peclet = square > 0 ? sqrt(square) * out->h / diffusivity[i] : 0;
+    double peclet = speed > 0 ? speed * out->h / diffusivity[i] : 0;
     sum += peclet;
     largest = fmax(largest, peclet);
     points++;

@@ -14,7 +14,8 @@ typedef struct {
 } discretisation;
 
 /* The distance [n] of every point to its nearest, and the spacing h: the one posted, or their
- * median. Failures stand in t->error: SCT_E_DEFICIENT for a point without another. */
+ * median. Failures stand in t->error: SCT_E_DEFICIENT for a point without another, SCT_E_ARGUMENT
+ * for distances whose squares are too small or too large for a double. */
 sct_status discretisation_spacing(task *t, const cloud_input *c, const sct_search *search,
                                   double *nearest, double *spacing);
 

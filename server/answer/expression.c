@@ -111,9 +111,10 @@ static bool is_name_char(char c) {
 }
 
 bool expression_is_name(const char *name) {
+  size_t length = 0;
   if (!isalpha((unsigned char)*name)) return false;
-  while (is_name_char(*name)) name++;
-  return !*name;
+  while (is_name_char(name[length])) length++;
+  return name[length] == '\0' && length < EXPRESSION_NAME;
 }
 
 /* The parser */
@@ -279,14 +280,14 @@ static bool character_is_known(const char *text, const char *c, expression_error
 /* Every name and character of the text, from left to right. */
 static bool words_are_known(const language *l, const char *text, int dim, expression *e,
                             expression_error *error) {
-  char name[64];
+  char name[EXPRESSION_NAME];
   for (const char *c = text; *c;) {
     const char *word = c;
     if (isdigit((unsigned char)*c) || *c == '.') {
       c = skip_number(c);
     } else if (is_name_start(*c)) {
       while (is_name_char(*c)) c++;
-      snprintf(name, sizeof name, "%.*s", (int)(c - word < 63 ? c - word : 63), word);
+      snprintf(name, sizeof name, "%.*s", (int)(c - word), word);
       if (!name_is_known(l, name, dim, word - text + 1, e, error)) return false;
       if (is_function(name) && c[strspn(c, " \t\r\n")] != '(') {
         return fail(error, word - text + 1, "function without arguments, needs %s(...)", name);

@@ -25,7 +25,9 @@ void language_set(language *l, const char *name, double value);
 /* Is `name` one that parameters cannot have: a variable, pi or a function? And the names, NULL at
  * the end. */
 bool expression_is_reserved(const char *name);
-bool expression_is_name(const char *name); /* a letter, then letters, digits and underscores */
+/* A letter, then letters, digits and underscores; EXPRESSION_NAME with the NUL at most. */
+enum { EXPRESSION_NAME = 64 };
+bool expression_is_name(const char *name);
 
 typedef struct {
   const char *text;

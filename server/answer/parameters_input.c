@@ -5,8 +5,10 @@
 static bool name_is_free(task *t, const item *it) {
   char room[SHOWN_MAX];
   if (!expression_is_name(it->key)) {
-    complain(t, it, "\"%s\" is no name, needs a letter and then letters, digits or underscores",
-             shown(it->key, room));
+    complain(
+        t, it,
+        "\"%s\" is no name, needs a letter and then letters, digits or underscores, %d at most",
+        shown(it->key, room), EXPRESSION_NAME - 1);
     return false;
   }
   if (!expression_is_reserved(it->key)) return true;

@@ -1,4 +1,6 @@
 /* process_apply.c - the operators applied to a field. */
+#include <math.h>
+
 #include "diagnostics.h"
 #include "estimate.h"
 #include "field_input.h"
@@ -40,6 +42,17 @@ static void read_apply(task *t, const item *in, void *state) {
   read_scalar_field(t, &laplacian, on, 0, &s->exact_laplacian);
 }
 
+/* What was made of a field may be too large for a double: then there is no answer. */
+static sct_status check_finite(task *t, const char *what, const double *made, int64_t n,
+                               int components) {
+  for (int64_t k = 0; made && k < n * components; k++) {
+    if (isfinite(made[k])) continue;
+    return sct_fail(&t->error, SCT_E_NOT_FINITE, k / components, "has a %s that is not finite",
+                    what);
+  }
+  return SCT_OK;
+}
+
 /* Applies what is wanted, and hands it out in the client's numbers. */
 static sct_status apply_operators(task *t, unsigned wanted, const uint8_t *mask, apply *s) {
   const cloud_input *c = &s->cloud;
@@ -56,6 +69,11 @@ static sct_status apply_operators(task *t, unsigned wanted, const uint8_t *mask,
   if (t->error.code) return t->error.code;
   if (sct_stencil_apply_flagged(s->grid.stencil, s->phi.value, &t->work, value, gradient, laplacian,
                                 s->flags, &t->error)) {
+    return t->error.code;
+  }
+  if (check_finite(t, "smoothed value", value, n, 1) ||
+      check_finite(t, "gradient", gradient, n, dim) ||
+      check_finite(t, "Laplacian", laplacian, n, 1)) {
     return t->error.code;
   }
   if (gradient && s->exact_gradient.value) {

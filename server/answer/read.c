@@ -378,18 +378,30 @@ bool read_numbers(task *t, const item *it, int rank, numbers *value) {
   return true;
 }
 
+/* The elements of a list that are no such integers. */
+static bool refuse_integers(task *t, const item *it, int64_t low, int64_t high) {
+  int before = t->complaints.found;
+  int64_t k = 0, ignored;
+  for (const doc *d = it->doc->child; d; d = d->next, k++) {
+    item element = item_element(it, d, k);
+    (void)read_integer(t, &element, low, high, &ignored);
+  }
+  return t->complaints.found == before && refuse_array(t, it, 1);
+}
+
 bool read_integers(task *t, const item *it, int64_t low, int64_t high, numbers *value) {
-  numbers array = {0, 1, NULL};
+  const doc *d = it->doc;
   char needed[96];
   bool good = true;
-  if (!it->doc) return true;
-  if (!read_numbers(t, it, 1, &array)) return false;
+  if (!d) return true;
+  if (d->kind == DOC_LIST) return refuse_integers(t, it, low, high);
+  if (d->kind != DOC_NUMBERS || d->rank != 1) return read_numbers(t, it, 1, value);
   snprintf(needed, sizeof needed, "an integer from %lld to %lld", (long long)low, (long long)high);
-  for (int64_t k = 0; k < array.rows; k++) {
-    if (is_integer_in(array.data[k], low, high)) continue;
+  for (int64_t k = 0; k < d->count; k++) {
+    if (is_integer_in(d->data[k], low, high)) continue;
     refuse_entry(t, it, 1, k, needed);
     good = false;
   }
-  if (good) *value = array;
+  if (good) *value = (numbers){d->shape[0], 1, d->data};
   return good;
 }

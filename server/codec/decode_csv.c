@@ -80,6 +80,14 @@ static bool is_all_numbers(const char *at, const char *end) {
   return false;
 }
 
+/* A first line without numbers. One that begins like a number is a row, if a bad one: taken for a
+ * header, it would be lost without a word. */
+static bool is_header(const char *at, const char *end) {
+  const char *first = skip_blanks(at, end);
+  bool begins_number = first < end && memchr("+-.0123456789", *first, 13) != NULL;
+  return !begins_number && !is_all_numbers(at, end);
+}
+
 static bool add_number(csv *f, double value) {
   if ((int64_t)f->count >= f->limits->numbers) {
     f->error->too_large = true;
@@ -123,7 +131,7 @@ static bool read_rows(csv *f) {
   if (f->end - f->at >= 3 && memcmp(f->at, "\xEF\xBB\xBF", 3) == 0) f->at += 3;
   if (f->at < f->end) {
     const char *end = line_end(f, &next);
-    if (!is_all_numbers(f->at, end)) f->at = next; /* a header */
+    if (is_header(f->at, end)) f->at = next;
   }
   while (f->at < f->end) {
     const char *end = line_end(f, &next);

@@ -1,7 +1,9 @@
 #include "memory_file.h"
 
 #include <fcntl.h>
+#include <stdio.h>
 #include <sys/mman.h>
+#include <unistd.h>
 
 static const int content = F_SEAL_SHRINK | F_SEAL_GROW | F_SEAL_WRITE;
 
@@ -16,4 +18,14 @@ bool memory_file_seal(int fd) {
 bool memory_file_is_sealed(int fd) {
   const int seals = fcntl(fd, F_GET_SEALS);
   return seals >= 0 && (seals & content) == content;
+}
+
+bool file_reopen(int *fd) {
+  char path[32];
+  snprintf(path, sizeof path, "/proc/self/fd/%d", *fd);
+  const int reader = open(path, O_RDONLY | O_CLOEXEC);
+  if (reader < 0) return false;
+  close(*fd);
+  *fd = reader;
+  return true;
 }

@@ -1,4 +1,4 @@
-/* memory_file.h - files that are memory and go from process to process by their descriptors.
+/* memory_file.h - files that go from process to process by their descriptors, most of them memory.
  *
  * Once sealed, a file keeps its bytes and its size for ever, whoever holds a descriptor of it: what
  * has been looked at is what will be read, and a mapping of it cannot be cut short, which would be
@@ -17,5 +17,9 @@ bool memory_file_seal(int fd);
 
 /* Is it a memory file, and sealed? */
 bool memory_file_is_sealed(int fd);
+
+/* For files on disk, which know no seals: *fd becomes a descriptor of the same file, also of one
+ * without a name, that is for reading only, at its begin. False with errno, and *fd as it was. */
+bool file_reopen(int *fd);
 
 #endif

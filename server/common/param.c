@@ -9,23 +9,13 @@
 
 #include "doc.h"
 #include "log.h"
+#include "param_inner.h"
 
-typedef enum { TEXT, URL, STORE, COUNT, BYTES, SECONDS, LEVEL, CHOICE } kind;
-
-typedef struct {
-  const char *name;
-  kind kind;
-  const char *unit; /* as --help shows it; of a CHOICE: what there is, with | between */
-  size_t offset;
-  const char *initial; /* as a configuration file would hold it */
-  double least, most;
-  const char *help;
-} parameter;
+/* ---- The table ---- */
 
 #define AT(member) offsetof(parameters, member)
-#define NO_END 9e15 /* below 2^53: every integer up to here is exact in a double */
 
-static const parameter table[] = {
+const parameter param_table[] = {
     {"listen", TEXT, "ADDR:PORT|unix:PATH", AT(listen), "127.0.0.1:8480", 1, 0,
      "where to listen; port 0 takes any free one and logs it"},
     {"data-dir", TEXT, "DIR", AT(data_dir), "", 0, 0,
@@ -63,7 +53,7 @@ static const parameter table[] = {
     {"workers", COUNT, "", AT(workers), "0", 0, 1024,
      "worker processes, each solving one request at a time; 0 means one per processor, at least 2"},
     {"threads", COUNT, "", AT(limits.threads), "1", 1, 1024, "threads of one worker"},
-    {"recycle", COUNT, "requests", AT(recycle), "1000", 1, NO_END,
+    {"recycle", COUNT, "requests", AT(recycle), "1000", 1, PARAM_NO_END,
      "requests after which a worker is replaced by a fresh one"},
     {"executor", CHOICE, "local|mpi|slurm", AT(executor), "local", 0, 2,
      "where large jobs run: local is on a worker; mpi, on ranks of this machine; slurm, as a job "
@@ -91,7 +81,7 @@ static const parameter table[] = {
      "time a client has to send a request's header, and the longest pause in a body"},
     {"idle-seconds", SECONDS, "s", AT(idle_seconds), "75", 0.1, 86400,
      "time after which a connection without traffic is closed"},
-    {"receive-rate", COUNT, "bytes/s", AT(receive_rate), "500", 1, NO_END,
+    {"receive-rate", COUNT, "bytes/s", AT(receive_rate), "500", 1, PARAM_NO_END,
      "rate below which a body counts as too slow"},
     {"grace-seconds", SECONDS, "s", AT(grace_seconds), "30", 0, 86400,
      "time that running requests have to end after SIGTERM"},
@@ -103,12 +93,12 @@ static const parameter table[] = {
      "times a job is started when its worker or the daemon dies; then it has failed"},
     {"result-seconds", SECONDS, "s", AT(result_seconds), "604800", 1, 1e9,
      "time that a job and its results stay after its end"},
-    {"job-bytes", BYTES, "bytes", AT(job_bytes), "20GiB", 0, NO_END,
+    {"job-bytes", BYTES, "bytes", AT(job_bytes), "20GiB", 0, PARAM_NO_END,
      "sum of the stored requests and results of all jobs; what would be more is answered 507"},
     {"reuse-results", COUNT, "", AT(reuse_results), "1", 0, 1,
      "1: a job may be answered with the stored result of an equal request; 0: each is computed"},
     {"batch-parts", COUNT, "requests", AT(batch_parts), "10000", 1, 1e6, "requests of one batch"},
-    {"memory-budget", BYTES, "bytes", AT(memory_budget), "0", 0, NO_END,
+    {"memory-budget", BYTES, "bytes", AT(memory_budget), "0", 0, PARAM_NO_END,
      "sum of the estimated memory of running jobs; 0 means three quarters of the machine's"},
     {"wait-seconds", SECONDS, "s", AT(wait_seconds), "60", 0, 86400,
      "longest wait that a client gets by Prefer: wait"},
@@ -123,7 +113,7 @@ static const parameter table[] = {
      "key that callbacks are signed with (HMAC-SHA-256)"},
     {"callback-attempts", COUNT, "", AT(callback_attempts), "6", 1, 100,
      "times a callback is tried, with growing pauses"},
-    {"data-bytes", BYTES, "bytes", AT(data_bytes), "10GiB", 0, NO_END,
+    {"data-bytes", BYTES, "bytes", AT(data_bytes), "10GiB", 0, PARAM_NO_END,
      "sum of all objects under /data; what would be more is answered 507"},
     {"data-seconds", SECONDS, "s", AT(data_seconds), "604800", 1, 1e9,
      "time that an object under /data stays after it was last uploaded"},
@@ -132,41 +122,43 @@ static const parameter table[] = {
      "but this service"},
     {"fetch-private-hosts", TEXT, "LIST", AT(fetch_private), "", 0, 0,
      "those of fetch-hosts whose address may be a private one"},
-    {"fetch-bytes", BYTES, "bytes", AT(fetch_bytes), "256MiB", 1, NO_END,
+    {"fetch-bytes", BYTES, "bytes", AT(fetch_bytes), "256MiB", 1, PARAM_NO_END,
      "one input fetched from another host"},
     {"fetch-seconds", SECONDS, "s", AT(fetch_seconds), "30", 0.1, 86400,
      "time to fetch one input from another host"},
     {"header-bytes", BYTES, "bytes", AT(header_bytes), "16KiB", 1024, 1 << 20,
      "request line and header fields"},
-    {"body-bytes", BYTES, "bytes", AT(limits.body_bytes), "256MiB", 1, NO_END, "body, as sent"},
-    {"spool-bytes", BYTES, "bytes", AT(spool_bytes), "16MiB", 0, NO_END,
+    {"body-bytes", BYTES, "bytes", AT(limits.body_bytes), "256MiB", 1, PARAM_NO_END,
+     "body, as sent"},
+    {"spool-bytes", BYTES, "bytes", AT(spool_bytes), "16MiB", 0, PARAM_NO_END,
      "bodies above this go to a file in data-dir instead of memory"},
-    {"aside-bytes", BYTES, "bytes", AT(aside_bytes), "1MiB", 0, NO_END,
+    {"aside-bytes", BYTES, "bytes", AT(aside_bytes), "1MiB", 0, PARAM_NO_END,
      "bodies and results from this size on are hashed and written to disk by a second thread, so "
      "that nobody else waits meanwhile"},
-    {"decoded-bytes", BYTES, "bytes", AT(limits.decoded_bytes), "1GiB", 1, NO_END,
+    {"decoded-bytes", BYTES, "bytes", AT(limits.decoded_bytes), "1GiB", 1, PARAM_NO_END,
      "body after its Content-Encoding is undone"},
     {"depth", COUNT, "levels", AT(limits.depth), "64", 1, DOC_DEPTH_MAX, "nesting of a body"},
-    {"nodes", COUNT, "", AT(limits.nodes), "1000000", 1, NO_END,
+    {"nodes", COUNT, "", AT(limits.nodes), "1000000", 1, PARAM_NO_END,
      "values of a body, an array of numbers being one"},
     {"points", COUNT, "", AT(limits.points), "2000000", 1, 2147483647, "points of a cloud"},
     {"neighbours", COUNT, "", AT(limits.neighbours), "500", 1, 1e6, "neighbours of one point"},
     {"expression-bytes", BYTES, "bytes", AT(limits.expression_bytes), "4096", 1, 1 << 20,
      "text of one expression"},
-    {"expression-work", COUNT, "operations", AT(limits.expression_work), "1G", 1, NO_END,
+    {"expression-work", COUNT, "operations", AT(limits.expression_work), "1G", 1, PARAM_NO_END,
      "operations of one expression times the points it is for, some 20 ns each"},
-    {"steps", COUNT, "", AT(limits.steps), "1000000", 1, NO_END, "steps of a time-dependent solve"},
-    {"memory-bytes", BYTES, "bytes", AT(limits.memory_bytes), "4GiB", 256 << 20, NO_END,
+    {"steps", COUNT, "", AT(limits.steps), "1000000", 1, PARAM_NO_END,
+     "steps of a time-dependent solve"},
+    {"memory-bytes", BYTES, "bytes", AT(limits.memory_bytes), "4GiB", 256 << 20, PARAM_NO_END,
      "address space of one worker"},
     {"seconds", SECONDS, "s", AT(limits.seconds), "120", 0.01, 1e7,
      "time a worker has for one synchronous request"},
 };
 
-enum { ROWS = sizeof table / sizeof *table };
+const int param_rows = sizeof param_table / sizeof *param_table;
 
 static const parameter *find(const char *name) {
-  for (int k = 0; k < ROWS; k++) {
-    if (strcmp(table[k].name, name) == 0) return &table[k];
+  for (int k = 0; k < param_rows; k++) {
+    if (strcmp(param_table[k].name, name) == 0) return &param_table[k];
   }
   return NULL;
 }
@@ -321,190 +313,18 @@ bool param_set(parameters *p, const char *name, const char *text, fault *why) {
 void param_defaults(parameters *p) {
   fault why;
   memset(p, 0, sizeof *p);
-  for (int k = 0; k < ROWS; k++) {
-    if (!set(p, &table[k], table[k].initial, &why)) abort(); /* a row above contradicts itself */
+  for (int k = 0; k < param_rows; k++) {
+    if (!set(p, &param_table[k], param_table[k].initial, &why))
+      abort(); /* a row above contradicts itself */
   }
 }
 
 const char *param_name(int row) {
-  return row >= 0 && row < ROWS ? table[row].name : NULL;
+  return row >= 0 && row < param_rows ? param_table[row].name : NULL;
 }
 
 const char *param_show(const parameters *p, int row, char *room, size_t size) {
-  kinds[table[row].kind].show(&table[row], (const char *)p + table[row].offset, room, size);
+  kinds[param_table[row].kind].show(&param_table[row], (const char *)p + param_table[row].offset,
+                                    room, size);
   return room;
-}
-
-/* ---- Configuration file ---- */
-
-/* Cuts blanks at both ends, in place. */
-static char *trimmed(char *text) {
-  while (isspace((unsigned char)*text)) text++;
-  char *end = text + strlen(text);
-  while (end > text && isspace((unsigned char)end[-1])) end--;
-  *end = '\0';
-  return text;
-}
-
-static void cut_comment(char *line) {
-  for (char *at = line; *at != '\0'; at++) {
-    if (*at == '#' && (at == line || isspace((unsigned char)at[-1]))) {
-      *at = '\0';
-      return;
-    }
-  }
-}
-
-static bool read_line(parameters *p, char *line, fault *why) {
-  cut_comment(line);
-  char *name = trimmed(line);
-  if (*name == '\0') return true;
-  char *equals = strchr(name, '=');
-  if (equals == NULL) return fault_set(why, "got \"%.100s\", needs name = value", name);
-  *equals = '\0';
-  return param_set(p, trimmed(name), trimmed(equals + 1), why);
-}
-
-bool param_read(parameters *p, const char *path, fault *why) {
-  FILE *file = fopen(path, "re");
-  if (file == NULL) return fault_set(why, "cannot read %.200s: %s", path, strerror(errno));
-  bool good = true;
-  char *line = NULL;
-  size_t room = 0;
-  for (int number_of_line = 1; good && getline(&line, &room, file) >= 0; number_of_line++) {
-    fault inner;
-    good = read_line(p, line, &inner);
-    if (!good) fault_set(why, "%.200s:%d: %.280s", path, number_of_line, inner.text);
-  }
-  if (good && !feof(file)) good = fault_set(why, "cannot read %.200s: %s", path, strerror(errno));
-  free(line);
-  fclose(file);
-  return good;
-}
-
-/* ---- Command line ---- */
-
-/* Is argv[*k] option `name`? Then *value is its value and *k stands on the last word used. */
-static bool option(int count, char **argv, int *k, char *name, size_t size, const char **value) {
-  const char *word = argv[*k];
-  if (strncmp(word, "--", 2) != 0 || word[2] == '\0') return false;
-  const size_t length = strcspn(word + 2, "=");
-  snprintf(name, size, "%.*s", (int)length, word + 2);
-  *value = word[2 + length] == '=' ? word + 3 + length : NULL;
-  if (*value == NULL && *k + 1 < count) *value = argv[++*k];
-  return true;
-}
-
-/* Applies the options of argv; `config` says which half: the configuration file or all others. */
-static bool apply(parameters *p, bool config, int count, char **argv, int *kept, fault *why) {
-  char name[64];
-  const char *value;
-  bool literal = false;
-  *kept = 0;
-  for (int k = 0; k < count; k++) {
-    const int at = k;
-    if (!literal && strcmp(argv[k], "--") == 0) {
-      literal = true;
-    } else if (literal || !option(count, argv, &k, name, sizeof name, &value)) {
-      if (!config) argv[*kept] = argv[at];
-      ++*kept;
-    } else if (value == NULL) {
-      return fault_set(why, "--%s: got no value", name);
-    } else if (strcmp(name, "config") == 0) {
-      if (config && !param_read(p, value, why)) return false;
-    } else if (!config && !param_set(p, name, value, why)) {
-      return false;
-    }
-  }
-  return true;
-}
-
-bool param_take(parameters *p, int *count, char **argv, fault *why) {
-  int kept;
-  if (!apply(p, true, *count, argv, &kept, why)) return false;
-  if (!apply(p, false, *count, argv, &kept, why)) return false;
-  *count = kept;
-  return true;
-}
-
-/* ---- Help ---- */
-
-void param_help(FILE *out) {
-  for (int k = 0; k < ROWS; k++) {
-    const parameter *row = &table[k];
-    fprintf(out, "  --%s %s\n        %s", row->name, *row->unit != '\0' ? row->unit : "N",
-            row->help);
-    if (*row->initial != '\0') fprintf(out, " (%s)", row->initial);
-    fputc('\n', out);
-  }
-}
-
-static void print_range(FILE *out, const parameter *row) {
-  if (row->most <= row->least) {
-    fputs(" |", out);
-  } else if (row->most >= NO_END) {
-    fprintf(out, " at least %.15g |", row->least);
-  } else {
-    fprintf(out, " %.15g to %.15g |", row->least, row->most);
-  }
-}
-
-void param_reference(FILE *out) {
-  fputs(
-      "# Parameters of scatterd\n\n"
-      "Each is an option `--name value` of the command line and a line `name = value` of the file\n"
-      "that `--config FILE` names; the command line wins. Sizes take KiB, MiB and GiB.\n\n"
-      "| name | default | unit | range | meaning |\n|---|---|---|---|---|\n",
-      out);
-  for (int k = 0; k < ROWS; k++) {
-    const parameter *row = &table[k];
-    fprintf(out, "| %s | %s | ", row->name, row->initial);
-    for (const char *at = row->unit; *at != '\0'; at++)
-      fprintf(out, *at == '|' ? "\\|" : "%c", *at);
-    fputs(" |", out);
-    print_range(out, row);
-    fprintf(out, " %s |\n", row->help);
-  }
-}
-
-/* In the man macros a line that starts with . or ' is a request, and a backslash an escape; no text
- * of the table has either. */
-static void print_option(FILE *out, const parameter *row) {
-  fprintf(out, ".TP\n.BI \\-\\-%s \" %s\"\n%s", row->name, *row->unit != '\0' ? row->unit : "N",
-          row->help);
-  if (*row->initial != '\0') fprintf(out, " (default: %s)", row->initial);
-  fputs(".\n", out);
-}
-
-void param_manual(FILE *out) {
-  fputs(
-      ".TH SCATTERD 1\n.SH NAME\n"
-      "scatterd \\- solves partial differential equations on scattered points, over HTTP\n"
-      ".SH SYNOPSIS\n"
-      ".B scatterd\n[\\-\\-config \\fIFILE\\fR] [\\fIoptions\\fR]\n.br\n"
-      ".B scatterd run\n[\\-\\-process \\fIID\\fR] [\\-o \\fIFILE\\fR] [\\fIoptions\\fR] "
-      "\\fIREQUEST\\fR\n.br\n"
-      ".B scatterd token\n\\fINAME\\fR [\\fILIMIT\\fR=\\fIVALUE\\fR...]\n"
-      ".SH DESCRIPTION\n"
-      "The first form serves: OGC API \\- Processes at the address of \\-\\-listen, described by\n"
-      "the service itself under / and /api. The second answers one request from a file (.json\n"
-      "or .cbor; \\- is the standard input) without a server. The third makes a token: its line\n"
-      "of the file of \\-\\-tokens goes to the standard output, its secret to the error output;\n"
-      "limits are jobs, points, seconds, body-bytes, data-bytes, job-bytes, streams, rate and\n"
-      "burst.\n"
-      ".SH OPTIONS\n"
-      "Each may stand in the file of \\-\\-config as a line name = value; the command line wins.\n"
-      "Sizes take KiB, MiB and GiB.\n",
-      out);
-  for (int k = 0; k < ROWS; k++) print_option(out, &table[k]);
-  fputs(
-      ".SH SIGNALS\nSIGTERM and SIGINT end the daemon after the running requests; a second one "
-      "at once. SIGHUP reads the tokens and the certificate again; what cannot be read stays as it "
-      "was, and the log says why.\n"
-      ".SH EXIT STATUS\n0 after serving or answering, 1 when that failed, 2 for a wrong command "
-      "line.\n"
-      ".SH FILES\n"
-      ".TP\n.I /etc/scatterd/scatterd.conf\noptions of the packaged service\n"
-      ".TP\n.I /var/lib/scatterd\nits data\n",
-      out);
 }

@@ -132,7 +132,7 @@ static bool read_numbers_of(task *t, const item *in, flow_input *s) {
   bool good = read_number(t, &shift, &zero_to_one, &o->shift);
   good &= read_number(t, &courant, &above, &o->courant);
   good &= read_number(t, &jitter, &below, &o->jitter);
-  good &= read_integer(t, &seed, 0, INT64_C(1) << 53, &number);
+  good &= read_integer(t, &seed, 0, (INT64_C(1) << 53) - 1, &number);
   good &= read_integer(t, &samples, 1, 10000, &o->samples);
   good &= read_choice(t, &walls, names, &chosen);
   o->seed = (uint64_t)number;

@@ -3,9 +3,10 @@
  * meanwhile. Test: unit.clerk, http.aside.
  *
  * Nothing but the tasks given is shared, so nothing else needs a lock: `work` touches what belongs
- * to its task alone (no store, no log, no other object of the front), and all that follows from it
- * is done by `done`, in the loop. Workers are forked while the thread runs; a child calls nothing
- * but what is async-signal-safe before it becomes another program (child.c).
+ * to its task alone (no other object of the front; of the store only store_write_draft, which has a
+ * connection of its own), and all that follows from it is done by `done`, in the loop. The log may
+ * be written to: a line is one system call. Workers are forked while the thread runs; a child calls
+ * nothing but what is async-signal-safe before it becomes another program (child.c).
  */
 #ifndef SCATTERD_CLERK_H
 #define SCATTERD_CLERK_H

@@ -1,14 +1,15 @@
 #!/usr/bin/env python3
 """How long small requests wait while large bodies and results are taken in and kept.
 
-    SCATTERD=... bench_stall.py [MEGABYTES [ROUNDS]]
+    SCATTERD=... bench_stall.py [--store postgres] [MEGABYTES [ROUNDS]]
 
 One client asks /healthz every 2 ms, another one solves on 11 x 11 points 25 times a second, each over
 a connection of its own in a process of its own. A row is what they wait while a third one does, over
 and over: nothing; an upload of MEGABYTES (100) to /data, which is removed again; a job whose request
 and result are that large, which is dismissed when it is done; an upload that comes while such a job
 is at work. The rows take turns, ROUNDS (4) times 5 s each, so that what else the machine does meets
-all of them. The last column is how many of the large ones were done in that time.
+all of them. The last column is how many of the large ones were done in that time. With --store postgres
+all is in a PostgreSQL server that is started for it.
 """
 
 import contextlib
@@ -22,6 +23,7 @@ import time
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "http"))
 import daemon  # noqa: E402
+import postgres  # noqa: E402
 
 SECONDS = 5
 SOLVE = json.dumps({"inputs": {
@@ -147,6 +149,10 @@ def main(megabytes, rounds):
 
 
 if __name__ == "__main__":
+    arguments = sys.argv[1:]
+    if arguments[:2] == ["--store", "postgres"]:
+        os.environ["SCATTERD_TEST_STORE"] = "postgres"
+        daemon._server = postgres.Server()
+        arguments = arguments[2:]
     with contextlib.suppress(KeyboardInterrupt):
-        main(int(sys.argv[1]) if len(sys.argv) > 1 else 100,
-             int(sys.argv[2]) if len(sys.argv) > 2 else 4)
+        main(int(arguments[0]) if arguments else 100, int(arguments[1]) if len(arguments) > 1 else 4)

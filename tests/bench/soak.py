@@ -39,8 +39,8 @@ import daemon  # noqa: E402
 SEED = int(os.environ.get("SCATTERD_SEED", time.time_ns() % 1000000))
 QUEUE, JOB_QUEUE, STREAMS = 16, 20, 50
 OPTIONS = ["--workers", "2", "--queue", str(QUEUE), "--job-queue", str(JOB_QUEUE),
-           "--streams", str(STREAMS), "--seconds", "20", "--receive-seconds", "3",
-           "--idle-seconds", "10", "--result-seconds", "20", "--data-seconds", "20",
+           "--streams", str(STREAMS), "--seconds", "100", "--receive-seconds", "6",
+           "--idle-seconds", "10", "--result-seconds", "100", "--data-seconds", "100",
            "--reuse-results", "0"]
 SOLVE = "/processes/solve/execution"
 JSON = {"Content-Type": "application/json"}

@@ -36,7 +36,7 @@ import postgres
 EXECUTE = "/processes/solve/execution"
 # what a data directory always holds
 STORE = {"lock", "jobs", "jobs.db", "jobs.db-shm", "jobs.db-wal", "data", "runs"}
-PATIENCE = 30  # seconds that anything may take on a busy machine
+PATIENCE = 120  # seconds that anything may take on a busy machine
 
 
 def program(stub):
@@ -140,7 +140,7 @@ class Daemon:
         if store is None and shares_store():
             store = database(os.path.basename(self.directory))
         self.store = store
-        shared = ["--store", store, "--lease-seconds", "3"] if store else []
+        shared = ["--store", store, "--lease-seconds", "6"] if store else []
         self.process = subprocess.Popen(
             [program(stub), "--listen", listen, "--data-dir", self.data, "--hosts", "*", *shared,
              *options, *shlex.split(os.environ.get("SCATTERD_OPTIONS", ""))],
@@ -189,6 +189,42 @@ class Daemon:
     def wait_ready(self):
         wait_until(lambda: self.request("GET", "/readyz").status == 200, "readiness")
 
+    def metric(self, series):
+        """Value of a line of /metrics; 0 if there is none yet."""
+        text = self.request("GET", "/metrics").body.decode()
+        found = re.search("^" + re.escape(series) + " (.+)$", text, re.MULTILINE)
+        return float(found[1]) if found else 0
+
+    def wait_for_metric(self, series, value):
+        wait_until(lambda: self.metric(series) == value, f"{series} {value}")
+
+    def wait_busy(self, workers=1):
+        """So many workers have a request of somebody, by what the front knows: a worker may be done
+        with the one before a little later than whoever asked."""
+        self.wait_for_metric('scatterd_workers{state="busy"}', workers)
+
+    def wake(self):
+        """What sleeps in a worker at this moment has slept enough (stub_answer.c)."""
+        for worker in children(self.pid):
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(worker, signal.SIGUSR1)
+
+    @contextlib.contextmanager
+    def waking(self):
+        """Nothing sleeps any longer, now or later, while this lasts."""
+        over = threading.Event()
+
+        def run():
+            while not over.wait(0.01):
+                self.wake()
+        waker = threading.Thread(target=run)
+        waker.start()
+        try:
+            yield
+        finally:
+            over.set()
+            waker.join()
+
     def connect(self, timeout=PATIENCE):
         if self.port is None:
             return UnixConnection(self.socket, timeout)
@@ -212,6 +248,11 @@ class Daemon:
             return Reply(connection.getresponse())
         finally:
             connection.close()
+
+    def wait_taken_in(self):
+        """What was sent before on other connections has been read: all of a turn of its loop is."""
+        for _ in range(2):
+            assert self.request("GET", "/healthz").status == 200
 
     def stop(self, how=signal.SIGTERM, keep=False):
         """Stops it and returns its exit status."""

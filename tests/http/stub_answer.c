@@ -3,7 +3,10 @@
  * "problem", "phase half 0.5 2" (reports, then sleeps), "nothing" (a reply of no bytes), "residual
  * 1e-3", "try open" (says what the kernel says to an attempt that a sandbox must refuse), "lie two"
  * (says to the front what no worker says), "wish URL" (wants two values at once), "checkpoints 2"
- * (has 49 states kept, then sleeps).
+ * (has 49 states kept, then sleeps), "given URL" (attempts to write to what it is given to read).
+ *
+ * SIGUSR1 to a worker ends what it sleeps at the moment, so that a test says when (daemon.py:
+ * wake).
  *
  * A check finds everything good but "bad"; "needs 1e9 2" (s) is estimated at so many bytes, "call
  * URL" has a subscriber, "batch 3 sleep 1" is three requests "sleep 1 #0", "sleep 1 #1", ... A
@@ -31,6 +34,7 @@
 #include "memory_file.h"
 #include "problem.h"
 
+/* Until its time has passed or somebody wakes it. */
 static void pause_for(double seconds) {
   const struct timespec t = {(time_t)seconds, (long)(1e9 * (seconds - (double)(time_t)seconds))};
   nanosleep(&t, NULL);
@@ -119,7 +123,7 @@ static void do_phase(const ask *a, const char *text, reply *r) {
 static void do_residual(const ask *a, const char *text, reply *r) {
   a->calls.residual(a->calls.context, atof(text));
   a->calls.report(a->calls.context, "solve", 0.75);
-  pause_for(0.5);
+  pause_for(600);
   echo(a, text, r);
 }
 
@@ -309,6 +313,21 @@ static void do_wish(const ask *a, const char *text, reply *r) {
   pause_for(60);
 }
 
+/* "given URL": fetches it and says what the kernel says to an attempt to write there. */
+static void do_given(const ask *a, const char *text, reply *r) {
+  ipc_news news = {.kind = IPC_FETCH};
+  ipc_given given;
+  int fd = -1;
+  (void)a;
+  snprintf(news.href, sizeof news.href, "%s", text + strspn(text, " "));
+  say(news, -1);
+  if (ipc_receive(IPC_SOCKET, &given, sizeof given, &fd) != IPC_MESSAGE || fd < 0) return;
+  const ssize_t written = write(fd, "x", 1);
+  const int length = asprintf((char **)&r->bytes, "%s", written < 0 ? strerror(errno) : "done");
+  r->size = length > 0 ? (size_t)length : 0;
+  close(fd);
+}
+
 /* Many checkpoints at once, each longer than the one before. */
 static void do_checkpoints(const ask *a, const char *text, reply *r) {
   char bytes[50] = "";
@@ -345,7 +364,8 @@ static const struct {
              {"nothing", do_nothing},   {"try", do_try},
              {"fail", do_problem},      {"needs", do_needs},
              {"residual", do_residual}, {"lie", do_lie},
-             {"wish", do_wish},         {"checkpoints", do_checkpoints}};
+             {"wish", do_wish},         {"checkpoints", do_checkpoints},
+             {"given", do_given}};
 
 /* ---- Checks ---- */
 
@@ -376,15 +396,26 @@ static void check(const ask *a, const char *text, reply *r) {
   if (strncmp(text, "bad", 3) == 0) do_problem(a, text, r);
 }
 
-/* With SCATTERD_STUB_DIES in the environment a worker dies before it can serve. */
-__attribute__((constructor)) static void die(void) {
+static int is_worker(void) {
   char name[16] = "";
-  if (getenv("SCATTERD_STUB_DIES") == NULL) return;
   FILE *line = fopen("/proc/self/cmdline", "re");
-  if (line == NULL) return;
+  if (line == NULL) return 0;
   const size_t size = fread(name, 1, sizeof name, line);
   fclose(line);
-  if (size == sizeof name && memcmp(name, "scatterd\0worker", sizeof name) == 0) _exit(3);
+  return size == sizeof name && memcmp(name, "scatterd\0worker", sizeof name) == 0;
+}
+
+static void wake(int signal_number) {
+  (void)signal_number; /* that it came is enough */
+}
+
+/* With SCATTERD_STUB_DIES in the environment a worker dies before it can serve. Nobody dies of
+ * being woken: the front ignores it, and so does whoever becomes a worker until it gets here. */
+__attribute__((constructor)) static void begin(void) {
+  const int works = is_worker();
+  if (works && getenv("SCATTERD_STUB_DIES") != NULL) _exit(3);
+  const struct sigaction action = {.sa_handler = works ? wake : SIG_IGN, .sa_flags = SA_RESTART};
+  sigaction(SIGUSR1, &action, NULL);
 }
 
 void answer_prepare(void) {}

@@ -114,7 +114,7 @@ class Bodies(daemon.Case):
 
 
 class Slow(daemon.Case):
-    options = ["--receive-seconds", "1", "--idle-seconds", "1", "--receive-rate", "1000"]
+    options = ["--receive-seconds", "3", "--idle-seconds", "3", "--receive-rate", "1000"]
 
     def assert_times_out(self, *pieces, pause=0.3):
         """Sends pieces with pauses; a 408 comes and the connection is closed."""
@@ -150,7 +150,7 @@ class Slow(daemon.Case):
             self.assertTrue(daemon.read_all(plain).endswith(b'{"status":"ok"}'))
 
     def test_a_running_request_has_its_time(self):
-        self.assertEqual(self.execute("sleep 3").status, 200)
+        self.assertEqual(self.execute("sleep 7").status, 200)
 
 
 class Spool(daemon.Case):

@@ -34,7 +34,8 @@ def setUpModule():
 
 
 class Case(unittest.TestCase):
-    options = ["--workers", "2", "--lease-seconds", "3"]
+    # one that stands still for as long as its lease loses what it has, as it should
+    options = ["--workers", "2", "--lease-seconds", "60"]
 
     def setUp(self):
         self.name = self.id().rsplit(".", 1)[1]
@@ -67,6 +68,22 @@ class Case(unittest.TestCase):
         self.assertEqual(reply.status, 200, reply.body)
         return reply.json
 
+    def finish(self, at, job):
+        return daemon.wait_until(
+            lambda: (lambda info: info if info["status"] in FINAL else None)(
+                self.status(at, job, wait=20)), f"the end of job {job}")
+
+    @contextlib.contextmanager
+    def waking(self):
+        with self.first.waking(), self.second.waking():
+            yield
+
+    def wait_both_at_work(self):
+        """Until each of them runs a job."""
+        daemon.wait_until(lambda: len(server.sql(
+            "SELECT DISTINCT holder FROM jobs WHERE state = 1 AND parts = 0", self.name)) == 2,
+            "both at work")
+
     def wait_for(self, at, job, state):
         return daemon.wait_until(
             lambda: (lambda info: info if info["status"] == state else None)(self.status(at, job)),
@@ -80,19 +97,17 @@ class Sharing(Case):
     """Each daemon answers for what the other one has."""
 
     def test_both_run_and_both_answer(self):
-        jobs = [self.submit(self.first, f"sleep 0.2 #{k}") for k in range(12)]
-        holders = set()
-        while any(self.status(self.second, job)["status"] not in FINAL for job in jobs):
-            holders |= set(server.sql("SELECT DISTINCT holder FROM jobs WHERE state = 1",
-                                      self.name))
-            time.sleep(0.02)
-        self.assertEqual(len(holders), 2, holders)
+        jobs = [self.submit(self.first, f"sleep 600 #{k}") for k in range(12)]
+        self.wait_both_at_work()
+        with self.waking():
+            for job in jobs:
+                self.finish(self.second, job)
         for k, job in enumerate(jobs):
             for at in (self.first, self.second):
                 info = self.status(at, job)
                 self.assertEqual((info["status"], info["attempts"]), ("successful", 1))
                 reply = at.request("GET", f"/jobs/{job}/results")
-                self.assertEqual((reply.status, reply.body.decode()), (200, f"sleep 0.2 #{k}"))
+                self.assertEqual((reply.status, reply.body.decode()), (200, f"sleep 600 #{k}"))
         lists = [[job["jobID"] for job in at.request("GET", "/jobs?limit=100").json["jobs"]]
                  for at in (self.first, self.second)]
         self.assertEqual(lists[0], lists[1])
@@ -103,7 +118,7 @@ class Sharing(Case):
         body = "sleep 0.1 " + 3000000 * "x"  # three pieces
         jobs = [self.submit(at, body) for at in (self.first, self.second) for _ in range(3)]
         for job in jobs:
-            self.assertEqual(self.status(self.first, job, wait=20)["status"], "successful")
+            self.assertEqual(self.finish(self.first, job)["status"], "successful")
             self.assertEqual(self.second.request("GET", f"/jobs/{job}/results").body.decode(), body)
         self.assertEqual(server.sql("SELECT count(*) FROM large WHERE kind <> 2", self.name), ["0"])
         self.stop(self.first, self.second)
@@ -127,7 +142,7 @@ class Sharing(Case):
         self.stop(self.first, self.second)
 
     def test_events_and_waits_see_the_other(self):
-        job = self.submit(self.first, "phase half 0.5 2")
+        job = self.submit(self.first, "phase half 0.5 600")
         self.wait_for(self.first, job, "running")
         replies = {}
 
@@ -143,8 +158,10 @@ class Sharing(Case):
                 lambda at=at: (lambda i: i if i.get("phase") == "half" and i["progress"] == 50
                                else None)(self.status(at, job)), "its phase")
             self.assertEqual(info["status"], "running")
-        for at in (self.second, self.first):
-            self.assertEqual(self.status(at, job, wait=20)["status"], "successful")
+            at.wait_taken_in()
+        with self.waking():
+            for at in (self.second, self.first):
+                self.assertEqual(self.finish(at, job)["status"], "successful")
         for thread in threads:
             thread.join()
         for text in replies.values():
@@ -176,7 +193,7 @@ class Sharing(Case):
 
     def test_batch(self):
         path = "/processes/batch/execution"
-        job = self.submit(self.first, "batch 10 sleep 0.2", path)
+        job = self.submit(self.first, "batch 10 sleep 600", path)
         lines = {}
 
         def read(at):
@@ -188,14 +205,11 @@ class Sharing(Case):
         threads = [threading.Thread(target=read, args=(at,)) for at in (self.first, self.second)]
         for thread in threads:
             thread.start()
-        holders = set()
-        while self.status(self.second, job)["status"] not in FINAL:
-            holders |= set(server.sql("SELECT DISTINCT holder FROM jobs WHERE state = 1 AND "
-                                      "parent > 0", self.name))
-            time.sleep(0.02)
-        for thread in threads:
-            thread.join()
-        self.assertEqual(len(holders), 2)
+        self.wait_both_at_work()
+        with self.waking():
+            self.finish(self.second, job)
+            for thread in threads:
+                thread.join()
         for at in (self.first, self.second):
             info = self.status(at, job)
             self.assertEqual((info["status"], info["progress"], info["parts"]),
@@ -211,7 +225,7 @@ class Sharing(Case):
         parts = self.first.request("GET", f"/jobs?parent={other}&limit=20").json["jobs"]
         self.assertEqual({part["status"] for part in parts}, {"dismissed"})
         after = self.submit(self.first, "after it")
-        self.assertEqual(self.status(self.first, after, wait=20)["status"], "successful")
+        self.assertEqual(self.finish(self.first, after)["status"], "successful")
         self.stop(self.first, self.second)
 
     def test_data(self):
@@ -229,13 +243,14 @@ class Sharing(Case):
 
     def test_submitters_and_priorities(self):
         self.stop(self.second)
-        blocker = self.submit(self.first, "sleep 1")
+        blocker = self.submit(self.first, "sleep 600")
         self.wait_for(self.first, blocker, "running")
         low = [self.submit(self.first, f"low {k}", Prefer="respond-async, priority=2")
                for k in range(3)]
         high = self.submit(self.first, "high", Prefer="respond-async, priority=8")
-        for job in (*low, high):
-            self.status(self.first, job, wait=20)
+        with self.first.waking():
+            for job in (*low, high):
+                self.finish(self.first, job)
         began = [float(self.column(job, "started")) for job in (high, *low)]
         self.assertEqual(began, sorted(began))
         self.stop(self.first)
@@ -315,8 +330,12 @@ class Limits(Case):
 
     def test_another_daemon_that_hangs_while_it_adds(self):
         hold = ("BEGIN; SELECT pg_advisory_xact_lock(hashtextextended('scatterd jobs of alice', 0));"
-                "SELECT pg_sleep(5); COMMIT")
-        other = threading.Thread(target=server.sql, args=(hold, self.name))
+                "SELECT pg_sleep(600); COMMIT")
+
+        def hang():
+            with contextlib.suppress(AssertionError):  # it is cancelled in the end
+                server.sql(hold, self.name)
+        other = threading.Thread(target=hang)
         other.start()
         daemon.wait_until(lambda: server.sql("SELECT 1 FROM pg_locks WHERE locktype = 'advisory' "
                                              "AND granted", self.name), "the lock")
@@ -324,8 +343,159 @@ class Limits(Case):
         self.assertEqual(refused.status, 503, refused.body)
         self.assertGreaterEqual(int(refused.headers["Retry-After"]), 1)
         self.assertEqual(self.post("bob", self.first, "sleep 60 goes on").status, 201)
+        server.sql("SELECT pg_terminate_backend(pid) FROM pg_stat_activity "
+                   "WHERE query LIKE '%pg_sleep%' AND pid <> pg_backend_pid()", self.name)
         other.join()
         self.assertEqual(self.post("alice", self.first, "sleep 60 later").status, 201)
+        self.stop(self.first, self.second)
+
+
+class Drafts(Case):
+    """What is large is written by the second thread, over a connection of its own. Its INSERT waits
+    for as long as a test likes; meanwhile everybody else is served."""
+    options = [*Case.options, "--aside-bytes", "20000"]
+
+    def setUp(self):
+        super().setUp()
+        server.sql("CREATE FUNCTION hold() RETURNS trigger LANGUAGE plpgsql AS "
+                   "$$ BEGIN PERFORM pg_advisory_xact_lock_shared(7); RETURN NEW; END $$;"
+                   "CREATE TRIGGER hold BEFORE INSERT ON large FOR EACH ROW WHEN (NEW.kind = -1) "
+                   "EXECUTE FUNCTION hold()", self.name)
+
+    def locks(self, condition):
+        return server.sql("SELECT pid FROM pg_locks WHERE locktype = 'advisory' AND objid = 7 AND "
+                          f"{condition} AND database = (SELECT oid FROM pg_database WHERE datname = "
+                          "current_database())", self.name)
+
+    def release(self):
+        for pid in self.locks("mode = 'ExclusiveLock'"):
+            server.sql(f"SELECT pg_terminate_backend({pid})", self.name)
+
+    @contextlib.contextmanager
+    def held(self):
+        """Drafts wait while this lasts, which is to be short: statements take 4.5 s at most."""
+        def hold():
+            with contextlib.suppress(AssertionError):  # it is ended by the one above
+                server.sql("SELECT pg_advisory_lock(7), pg_sleep(600)", self.name)
+        holder = threading.Thread(target=hold)
+        holder.start()
+        try:
+            daemon.wait_until(lambda: self.locks("granted"), "the lock")
+            yield
+        finally:
+            self.release()
+            holder.join()
+
+    def later(self, *arguments):
+        """Makes a request in a thread; the list that its reply comes into, and the thread."""
+        replies = []
+        thread = threading.Thread(target=lambda: replies.append(self.first.request(*arguments)))
+        thread.start()
+        daemon.wait_until(lambda: self.locks("NOT granted") or replies, "a draft that waits")
+        self.assertEqual(replies, [])
+        return replies, thread
+
+    def assert_serves(self):
+        self.assertEqual(self.first.request("GET", "/healthz").status, 200)
+        small = self.first.request("POST", "/data", "[1, 2]", {"Content-Type": "application/json"})
+        self.assertIn(small.status, (200, 201))
+        job = self.submit(self.first, "small")
+        self.assertEqual(self.status(self.first, job, wait=20)["status"], "successful")
+
+    def drafts(self):
+        return server.sql("SELECT DISTINCT owner FROM large WHERE kind = -1", self.name)
+
+    def test_an_upload(self):
+        body = "[" + 3000000 * " " + "1]"
+        with self.held():
+            replies, thread = self.later("POST", "/data", body,
+                                         {"Content-Type": "application/json"})
+            self.assert_serves()
+        thread.join()
+        self.assertEqual(replies[0].status, 201, replies[0].body)
+        path = "/data/" + replies[0].json["id"]
+        self.assertEqual(self.second.request("GET", path).body.decode(), body)
+        self.assertEqual(self.drafts(), [])
+        self.stop(self.first, self.second)
+
+    def test_an_upload_whose_client_leaves(self):
+        body = "[" + 3000000 * " " + "1]"
+        plain = self.first.raw()
+        with self.held():
+            plain.sendall(b"POST /data HTTP/1.1\r\nHost: a\r\nContent-Type: application/json\r\n"
+                          + f"Content-Length: {len(body)}\r\n\r\n{body}".encode())
+            daemon.wait_until(lambda: self.locks("NOT granted"), "a draft that waits")
+            plain.close()
+            self.first.wait_for_log(r"event=request .*end=aborted")
+        self.stop(self.first, self.second)
+        self.assertEqual(server.sql("SELECT id FROM data", self.name), [])
+        self.assertEqual(server.sql("SELECT owner FROM large", self.name), [])
+
+    def test_a_request_and_a_result(self):
+        body = "sleep 0.1 " + 3000000 * "x"
+        with self.held():
+            replies, thread = self.later("POST", daemon.EXECUTE, body, ASYNC)
+            self.assert_serves()
+        thread.join()
+        job = replies[0].json["jobID"]
+        self.assertEqual(self.status(self.second, job, wait=20)["status"], "successful")
+        big = self.submit(self.first, "big 3000000")
+        with self.held():
+            pass  # a moment at any stage of it
+        self.assertEqual(self.status(self.first, big, wait=20)["status"], "successful")
+        self.assertEqual(self.second.request("GET", f"/jobs/{job}/results").body.decode(), body)
+        self.assertEqual(len(self.second.request("GET", f"/jobs/{big}/results").body), 3000000)
+        self.assertEqual(self.drafts(), [])
+        self.stop(self.first, self.second)
+
+    def test_a_result_while_it_is_written(self):
+        job = self.submit(self.first, "sleep 0.5")  # somebody has it; then the large one
+        self.assertEqual(self.status(self.first, job, wait=20)["status"], "successful")
+        with self.held():
+            big = self.submit(self.first, "big 3000000")
+            daemon.wait_until(lambda: self.locks("NOT granted"), "a draft that waits")
+            time.sleep(1.2)  # longer than a look at what is ours
+            self.assertEqual(self.status(self.second, big)["status"], "running")
+            self.assert_serves()
+        info = self.status(self.second, big, wait=20)
+        self.assertEqual((info["status"], info["attempts"]), ("successful", 1))
+        self.stop(self.first, self.second)
+
+    def test_a_batch_that_takes_a_while(self):
+        body = "batch 80 " + 280 * "x"
+        with self.held():
+            replies, thread = self.later("POST", "/processes/batch/execution", body, ASYNC)
+            time.sleep(1.2)  # longer than a look at what is ours: its parts are in no row yet
+            self.assert_serves()
+        thread.join()
+        self.assertEqual(replies[0].status, 201, replies[0].body)
+        job = replies[0].json["jobID"]
+        self.assertEqual(self.status(self.second, job, wait=30)["status"], "successful")
+        self.stop(self.first, self.second)
+
+    def test_one_that_is_dismissed(self):
+        with self.held():
+            big = self.submit(self.first, "big 3000000")
+            daemon.wait_until(lambda: self.locks("NOT granted"), "a draft that waits")
+            self.assertEqual(self.second.request("DELETE", f"/jobs/{big}").status, 200)
+        self.stop(self.first, self.second)
+        self.assertEqual(server.sql("SELECT owner FROM large", self.name), [])
+
+    def test_one_that_takes_too_long_is_refused(self):
+        with self.held():
+            reply = self.first.request("POST", "/data", "[" + 3000000 * " " + "1]",
+                                       {"Content-Type": "application/json"})
+            self.assertEqual(reply.status, 503, reply.body)
+            self.assert_serves()
+        self.stop(self.first, self.second)
+        self.assertEqual(self.drafts(), [])
+        self.assertEqual(server.sql("SELECT max(size) FROM data", self.name), ["6"])
+
+    def test_what_a_dead_daemon_left_goes(self):
+        living = server.sql("SELECT id FROM daemons ORDER BY id LIMIT 1", self.name)[0]
+        server.sql("INSERT INTO large VALUES('dead.1', -1, 0, 'x'), ('dead.1', -1, 1, 'y'), "
+                   f"('{living}.999', -1, 0, 'z')", self.name)
+        daemon.wait_until(lambda: self.drafts() == [f"{living}.999"], "the dead one's to go", 60)
         self.stop(self.first, self.second)
 
 
@@ -357,7 +527,7 @@ class Calls(Case):
         jobs = [self.submit(at, f"call http://{self.host}/{at.pid}-{k}")
                 for k in range(5) for at in (self.first, self.second)]
         for job in jobs:
-            self.assertEqual(self.status(self.first, job, wait=20)["status"], "successful")
+            self.assertEqual(self.finish(self.first, job)["status"], "successful")
         daemon.wait_until(lambda: server.sql("SELECT count(*) FROM calls", self.name) == ["0"],
                           "all calls to be made")
         ids = sorted(identity for identity, _ in self.calls)
@@ -396,7 +566,7 @@ class Client(threading.Thread):
 class Losses(Case):
     """What dies, and what is away."""
 
-    options = ["--workers", "2", "--lease-seconds", "2", "--job-attempts", "1000"]
+    options = ["--workers", "2", "--lease-seconds", "4", "--job-attempts", "1000"]
 
     @contextlib.contextmanager
     def load(self, daemons):
@@ -411,13 +581,19 @@ class Losses(Case):
             for client in clients:
                 client.join()
 
+    def wait_accepted(self, clients, more):
+        """Until so many more jobs have been accepted."""
+        before = sum(len(client.accepted) for client in clients)
+        daemon.wait_until(lambda: sum(len(client.accepted) for client in clients) >= before + more,
+                          f"{more} more jobs")
+
     def check(self, clients, at):
         """All that was accepted was successful, once, with its own result."""
         accepted = {job: body for client in clients for job, body in client.accepted.items()}
         print(f"{len(accepted)} jobs accepted, {sum(c.refused for c in clients)} refused")
         self.assertGreater(len(accepted), 3)
         for job, body in accepted.items():
-            info = self.status(at, job, wait=30)
+            info = self.finish(at, job)
             self.assertEqual(info.get("status"), "successful", info)
             reply = at.request("GET", f"/jobs/{job}/results")
             self.assertEqual((reply.status, reply.body.decode()), (200, body))
@@ -437,32 +613,34 @@ class Losses(Case):
                 if generator.random() < 0.5:  # the other one has to do it alone for a while
                     time.sleep(generator.uniform(0, 3))
                 daemons[k] = self.start(directory=daemons[k].directory)
+            self.wait_accepted(clients, 4)
         self.check(clients, daemons[0])
         self.stop(*daemons)
 
     def test_the_rest_takes_what_a_dead_one_had(self):
-        jobs = [self.submit(self.first, f"sleep 2 #{k}") for k in range(2)]
+        jobs = [self.submit(self.first, f"sleep 600 #{k}") for k in range(2)]
         for job in jobs:
             self.wait_for(self.first, job, "running")
         self.first.stop(signal.SIGKILL)
-        for job in jobs:
-            info = self.status(self.second, job, wait=30)
-            self.assertEqual(info["status"], "successful")
+        with self.second.waking():
+            for job in jobs:
+                self.assertEqual(self.finish(self.second, job)["status"], "successful")
         attempts = sorted(self.status(self.second, job)["attempts"] for job in jobs)
         self.assertEqual(attempts, [1, 2])  # one ran there, one here
         self.stop(self.second)
 
     def test_a_stopped_one_gives_back(self):
-        jobs = [self.submit(self.first, f"sleep 1 #{k}") for k in range(4)]
+        jobs = [self.submit(self.first, f"sleep 600 #{k}") for k in range(4)]
         self.stop(self.first)
-        for job in jobs:
-            info = self.status(self.second, job, wait=30)
-            self.assertEqual((info["status"], info["attempts"]), ("successful", 1))
+        with self.second.waking():
+            for job in jobs:
+                info = self.finish(self.second, job)
+                self.assertEqual((info["status"], info["attempts"]), ("successful", 1))
         self.stop(self.second)
 
     def test_one_that_hung_finds_its_job_taken(self):
         self.stop(self.second)
-        job = self.submit(self.first, "sleep 4")
+        job = self.submit(self.first, "sleep 600")
         self.wait_for(self.first, job, "running")
         holder = self.column(job, "holder")
         os.kill(self.first.pid, signal.SIGSTOP)
@@ -472,13 +650,14 @@ class Losses(Case):
         finally:
             os.kill(self.first.pid, signal.SIGCONT)
         self.first.wait_for_log("event=lost")
-        info = self.status(self.first, job, wait=30)
+        with second.waking():
+            info = self.finish(self.first, job)
         self.assertEqual((info["status"], info["attempts"]), ("successful", 2))
         self.stop(self.first, second)
 
     def away(self, leave, come_back):
         with self.load([self.first, self.second]) as clients:
-            time.sleep(0.5)
+            self.wait_accepted(clients, 4)
             leave()
             daemon.wait_until(lambda: self.first.request("GET", "/readyz").status == 503,
                               "the loss to be seen")
@@ -496,7 +675,7 @@ class Losses(Case):
             come_back()
             for at in (self.first, self.second):
                 at.wait_ready()
-            time.sleep(0.5)
+            self.wait_accepted(clients, 4)
         self.check(clients, self.second)
         self.stop(self.first, self.second)
 

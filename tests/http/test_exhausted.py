@@ -117,7 +117,7 @@ class ForAWhile(Case):
                 self.doCleanups()
                 self.setUp()
                 self.start("--queue", "2").wait_ready()
-                kept = self.server.connect(timeout=10)
+                kept = self.server.connect()
                 self.addCleanup(kept.close)
                 kept.request("GET", "/healthz")
                 kept.getresponse().read()
@@ -180,7 +180,7 @@ class FullQueue(Case):
                 connection = stack.enter_context(contextlib.closing(server.connect()))
                 connection.request("POST", daemon.EXECUTE, body, JSON | {"Prefer": prefer})
                 return connection
-            busy = [send("sleep 3", "wait=10") for _ in range(2)]
+            busy = [send("sleep 60", "wait=10") for _ in range(2)]
             daemon.wait_until(lambda: b'scatterd_workers{state="busy"} 2' in
                               server.request("GET", "/metrics").body, "busy workers")
             first = [send(f"{k}", "respond-async") for k in range(2)]
@@ -191,7 +191,9 @@ class FullQueue(Case):
             self.assertEqual(reply.status, 429)
             self.assertIn(b'scatterd_workers{state="busy"} 2',
                           server.request("GET", "/metrics").body)
-            self.assertEqual([c.getresponse().status for c in busy + first], [200, 200, 201, 201])
+            with server.waking():
+                self.assertEqual([c.getresponse().status for c in busy + first],
+                                 [200, 200, 201, 201])
 
 
 class Descriptors(Case):

@@ -81,6 +81,17 @@ class Flow(daemon.Case):
         self.assertLess(max(result["scalar"]), 1.1)  # fits overshoot a little at a front
         self.assertEqual(sum(map(sum, result["mesh"]["fluid"])), result["summary"]["cells"])
 
+    def test_means_do_not_depend_on_units(self):
+        """A step ends where the means begin: rounding must not count it in one unit of length only."""
+        case = self.flow(case="cavity", cells=10, end=2)
+        for size in (1, 1e-3, 1e6):
+            square = {"fluid": [{"lower": [0, 0], "upper": [size, size]}], "spacing": size / 10,
+                      "sides": [{"type": "wall", "from": [0, size], "to": [size, size],
+                                 "velocity": [1, 0]}]}
+            other = self.flow(domain=square, viscosity=size / 100, end=2 * size)
+            for name in ("circulation", "x", "y"):
+                self.assertAlmostEqual(other["vortex"][name] / size, case["vortex"][name], delta=1e-9)
+
     def test_schemes_differ(self):
         got = {scheme: self.flow(case="cavity", cells=12, end=4, operator={"scheme": scheme})
                ["vortex"]["circulation"] for scheme in ("ps", "ips", "ipsn", "lsmps")}

@@ -28,6 +28,19 @@ class Full(daemon.Case):
     def fill(self):
         self.faults.fail("write", errno.ENOSPC)
 
+    def run_into_it(self, body):
+        """A job whose run ends when the disk is full."""
+        job = self.submit(body).json["jobID"]
+        daemon.wait_until(lambda: self.get(f"/jobs/{job}").json["status"] == "running", "its run")
+        self.fill()
+        with self.daemon.waking():
+            self.daemon.wait_busy(0)
+            daemon.wait_until(lambda: self.faults.hits("write") > 0, "an attempt to keep its result")
+        self.assertEqual(self.execute("served").body, b"served")
+        self.assertEqual(self.get("/healthz").status, 200)
+        self.faults.clear()
+        return job
+
     def submit(self, body):
         return self.execute(body, Prefer="respond-async")
 
@@ -48,23 +61,14 @@ class Full(daemon.Case):
         self.assertEqual(self.status(reply.json["jobID"])["status"], "successful")
 
     def test_result(self):
-        job = self.submit("sleep 0.7" + 20000 * " ").json["jobID"]
-        daemon.wait_until(lambda: self.get(f"/jobs/{job}").json["status"] == "running", "its run")
-        self.fill()
-        self.assertEqual(self.execute("sleep 1").status, 200)
-        self.assertEqual(self.get("/healthz").status, 200)
-        self.faults.clear()
+        job = self.run_into_it("sleep 600" + 20000 * " ")
         self.assertEqual(self.status(job)["status"], "failed")
         self.assert_problem(self.get(f"/jobs/{job}/results"), 507, "result")
 
     def test_a_small_result_is_stored_later(self):
-        job = self.submit("sleep 0.7").json["jobID"]
-        daemon.wait_until(lambda: self.get(f"/jobs/{job}").json["status"] == "running", "its run")
-        self.fill()
-        self.assertEqual(self.execute("sleep 1").status, 200)
-        self.faults.clear()
+        job = self.run_into_it("sleep 600")
         self.assertEqual(self.status(job)["status"], "successful")
-        self.assertEqual(self.get(f"/jobs/{job}/results").body, b"sleep 0.7")
+        self.assertEqual(self.get(f"/jobs/{job}/results").body, b"sleep 600")
 
     def test_the_end_is_stored_later(self):
         job = self.submit("big 100000").json["jobID"]
@@ -78,7 +82,7 @@ class Full(daemon.Case):
         self.assertEqual(self.get(f"/jobs/{job}").json["status"], "dismissed")
 
     def test_a_dismissal_that_cannot_be_stored_is_asked_for_again(self):
-        job = self.submit("sleep 5").json["jobID"]
+        job = self.submit("sleep 600 and again").json["jobID"]
         daemon.wait_until(lambda: self.get(f"/jobs/{job}").json["status"] == "running", "its run")
         self.fill()
         for _ in range(3):

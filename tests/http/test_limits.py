@@ -13,7 +13,7 @@ import daemon
 SOLVE = "/processes/solve/execution"
 APPLY = "/processes/apply/execution"
 JSON = {"Content-Type": "application/json"}
-DROPS = 200
+DROPS, PAUSE = 200, 0.2
 ASYNC = {**JSON, "Prefer": "respond-async"}
 
 
@@ -46,7 +46,7 @@ class OneRequest(daemon.Case):
     options = ["--workers", "2", "--decoded-bytes", "1MiB", "--depth", "10", "--nodes", "500",
                "--points", "1000", "--neighbours", "30", "--expression-bytes", "50",
                "--expression-work", "2000", "--steps", "100", "--header-bytes", "4KiB",
-               "--seconds", "2", "--job-seconds", "2", "--batch-parts", "3", "--body-bytes",
+               "--seconds", "6", "--job-seconds", "6", "--batch-parts", "3", "--body-bytes",
                "300000"]
 
     def post(self, body, path=APPLY, **headers):
@@ -131,7 +131,7 @@ class OneRequest(daemon.Case):
             return json.dumps({"inputs": {"message": "", "pause": seconds}})
         echo = "/processes/echo/execution"
         self.assertEqual(self.post(pause(0.1), echo).status, 200)
-        self.assert_problem(self.post(pause(30), echo), 504, "2 s")
+        self.assert_problem(self.post(pause(30), echo), 504, "6 s")
         made = self.post(pause(31), echo, Prefer="respond-async").json["jobID"]
         daemon.wait_until(lambda: self.get("/jobs/" + made).json["status"] == "failed", "the end")
         self.assert_problem(self.get(f"/jobs/{made}/results"), 504, "job-seconds")
@@ -227,7 +227,7 @@ class Slow(daemon.Case):
             try:
                 plain.sendall(first)
                 for piece in pieces:
-                    time.sleep(0.2)
+                    time.sleep(PAUSE)
                     plain.sendall(piece)
             except OSError:
                 pass
@@ -246,7 +246,7 @@ class Slow(daemon.Case):
         self.assertEqual(self.execute("served").body, b"served")
         for thread in threads:
             thread.join()
-        self.assertLess(max(lasted), 30)  # of 40 s that the drops would take
+        self.assertLess(max(lasted), DROPS * PAUSE)  # which all drops would take at least
 
     def test_headers(self):
         self.crowd(b"GET / HTTP/1.1\r\nHost: a\r\n", *DROPS * [b"X: y\r\n"])

@@ -399,7 +399,7 @@ class EachAllocation(Case):
             done = [self.each(client, part, times) for times in (1, -1)]
             self.assert_idle(server)
             with contextlib.suppress(AssertionError):
-                daemon.wait_until(lambda: self.descriptors(server) <= before, "all closed", 5)
+                daemon.wait_until(lambda: self.descriptors(server) <= before, "all closed")
             self.assertLessEqual(self.descriptors(server), before)
             self.assert_alive(server)
             self.assert_calm(server, 0.5)

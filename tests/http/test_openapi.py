@@ -183,7 +183,7 @@ def talk_of_execution(say):
     execute(say, SMALL, "nothing")
     execute(say, SINGULAR)
     execute(say, SINGULAR, Accept="application/json")
-    execute(say, echo(9), "echo")  # beyond the time limit
+    execute(say, echo(60), "echo")  # beyond the time limit
     say("POST", "/processes/solve/execution")
     say("POST", "/processes/solve/execution", b"", {"Content-Type": "application/cbor"})
 
@@ -234,7 +234,7 @@ def talk_of_data(say):
     body = {"inputs": {**SMALL["inputs"], "cloud": {"href": kept["href"]}}}
     execute(say, body)
     array = say("POST", "/data", b"[1,2,3]").json
-    slow = submitted(say, {"inputs": {"message": "", "pause": 2, "values": {
+    slow = submitted(say, {"inputs": {"message": "", "pause": 60, "values": {
         "href": array["href"]}}}, "echo")
     say("DELETE", f"/data/{array['id']}")
     say("DELETE", slow)
@@ -262,7 +262,10 @@ def submitted(say, body, process="solve", **headers):
 
 
 def over(say, job):
-    return say("GET", job, headers={"Prefer": "wait=30"}).json
+    while (info := say("GET", job, headers={"Prefer": "wait=30"}).json)["status"] in (
+            "accepted", "running"):
+        pass
+    return info
 
 
 def talk_of_jobs(say):
@@ -311,7 +314,7 @@ def talk_of_references(say):
 def talk_of_failures(say):
     failed = submitted(say, SINGULAR)
     over(say, failed)
-    slow = submitted(say, echo(9), "echo")
+    slow = submitted(say, echo(59), "echo")  # beyond the time limit
     over(say, slow)
     for method in ("GET", "HEAD"):
         for job in (failed, slow):
@@ -324,7 +327,7 @@ def talk_of_failures(say):
 
 
 def talk_of_running(say):
-    job = submitted(say, echo(1.5), "echo")
+    job = submitted(say, echo(5), "echo")
     for method in ("GET", "HEAD"):
         say(method, job + "/results")
         say(method, job + "/results/message")
@@ -355,7 +358,7 @@ def talk_of_lists(say):
 
 def talk_under_pressure(say):
     """A daemon with two workers, and room for one request and two jobs that wait."""
-    threads = [threading.Thread(target=execute, args=(say, echo(2), "echo")) for _ in range(3)]
+    threads = [threading.Thread(target=execute, args=(say, echo(6), "echo")) for _ in range(3)]
     for thread in threads:
         thread.start()
     daemon.wait_until(lambda: say("GET", "/readyz", keep=False).status == 503, "a full queue")
@@ -365,7 +368,7 @@ def talk_under_pressure(say):
     for thread in threads:
         thread.join()
     for _ in range(5):
-        execute(say, echo(3), "echo", Prefer="respond-async")
+        execute(say, echo(60), "echo", Prefer="respond-async")
 
 
 def talk_of_strangers(say):
@@ -385,7 +388,7 @@ def plain(path):
 
 class OpenApi(daemon.Case):
     stub = False
-    options = ["--seconds", "3", "--job-seconds", "3", "--cors-origins", "*", "--workers", "2"]
+    options = ["--seconds", "8", "--job-seconds", "8", "--cors-origins", "*", "--workers", "2"]
     pressed = ["--workers", "2", "--queue", "1", "--job-queue", "2", "--seconds", "20",
                "--hosts", ""]
 

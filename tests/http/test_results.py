@@ -81,7 +81,8 @@ class Results(daemon.Case):
         reply = self.run_sync(process, body, Prefer="respond-async")
         self.assertEqual(reply.status, 201, reply.body)
         path = "/jobs/" + reply.json["jobID"]
-        info = self.get(path, Prefer="wait=30").json
+        info = daemon.wait_until(lambda: (lambda now: now if "finished" in now else None)(
+            self.get(path, Prefer="wait=30").json), "its end")
         self.assertEqual(info["status"], "successful", info)
         return path + "/results"
 

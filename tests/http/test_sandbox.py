@@ -40,9 +40,26 @@ class Sandbox(daemon.Case):
             self.assertEqual(status["Seccomp"], "2")  # 2: a filter is in force
 
 
+class Given(daemon.Case):
+    """What a worker is given to read it cannot write."""
+    options = ["--workers", "1"]
+
+    def attempt(self, request):
+        job = self.execute(request, Prefer="respond-async").json["jobID"]
+        daemon.wait_until(lambda: self.get(f"/jobs/{job}").json["status"] == "successful",
+                          "its end")
+        return self.execute(f"given /jobs/{job}/results/all").body
+
+    def test_what_is_small_is_sealed(self):
+        self.assertEqual(self.attempt("big 100"), b"Operation not permitted")
+
+    def test_what_is_large_is_open_for_reading_only(self):
+        self.assertEqual(self.attempt("big 100000"), b"Bad file descriptor")
+
+
 class Lies(daemon.Case):
     """What a worker that a body has taken over may say to the front: it is killed for it."""
-    options = ["--workers", "1", "--seconds", "2"]
+    options = ["--workers", "1", "--seconds", "4"]
 
     def test_lies(self):
         self.execute("before")
@@ -69,14 +86,15 @@ class Lies(daemon.Case):
             self.assertEqual(reply.status, 500, reply.body)
 
     def test_checkpoints_that_come_too_fast_are_not_kept(self):
-        reply = self.execute("checkpoints 1.5", Prefer="respond-async")
+        reply = self.execute("checkpoints 600", Prefer="respond-async")
         job = reply.json["jobID"]
         def kept():
             return list(pathlib.Path(self.daemon.data).rglob(f"{job}.checkpoint"))
         size = daemon.wait_until(kept, "a checkpoint")[0].stat().st_size
         self.assertEqual(size, 1)
-        daemon.wait_until(lambda: self.get(f"/jobs/{job}").json["status"] == "successful",
-                          "its end")
+        with self.daemon.waking():
+            daemon.wait_until(lambda: self.get(f"/jobs/{job}").json["status"] == "successful",
+                              "its end")
 
     def test_one_that_talks_without_end_takes_no_turn_of_others(self):
         with contextlib.closing(self.daemon.connect()) as connection:

@@ -186,6 +186,29 @@ static void what_cannot_be_assembled_is_refused(void **state) {
   problem_clear(&p);
 }
 
+/* A normal is a direction: from the smallest double to the largest, its length changes nothing. */
+static void normals_may_have_any_length(void **state) {
+  (void)state;
+  static const int powers[] = {-1074, -540, 540, 1023};
+  sct_error err;
+  for (size_t k = 0; k < sizeof powers / sizeof *powers; k++) {
+    problem p = square(SCT_ROBIN), q = square(SCT_ROBIN);
+    sct_system *s = NULL, *t = NULL;
+    for (int64_t e = 0; e < 2 * p.f.cloud.n; e++) {
+      p.normal[e] = (p.normal[e] > 0) - (p.normal[e] < 0);
+      q.normal[e] = ldexp(p.normal[e], powers[k]);
+    }
+    expect_ok(build(&p, &s, &err), &err);
+    expect_ok(build(&q, &t, &err), &err);
+    const size_t entries = (size_t)s->matrix->start[s->matrix->rows];
+    assert_memory_equal(s->matrix->value, t->matrix->value, entries * sizeof(double));
+    sct_system_free(&s);
+    sct_system_free(&t);
+    problem_clear(&p);
+    problem_clear(&q);
+  }
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(dirichlet_points_are_eliminated),
@@ -194,6 +217,7 @@ int main(void) {
       cmocka_unit_test(points_without_an_unknown_are_named),
       cmocka_unit_test(an_isolated_group_is_named),
       cmocka_unit_test(what_cannot_be_assembled_is_refused),
+      cmocka_unit_test(normals_may_have_any_length),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

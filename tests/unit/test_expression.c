@@ -209,6 +209,12 @@ static void test_names(void **state) {
   assert_true(expression_is_name("Re_2"));
   assert_false(expression_is_name(""));
   assert_false(expression_is_name("_a"));
+  char name[EXPRESSION_NAME + 1];
+  memset(name, 'a', sizeof name);
+  name[EXPRESSION_NAME] = '\0';
+  assert_false(expression_is_name(name));
+  name[EXPRESSION_NAME - 1] = '\0';
+  assert_true(expression_is_name(name));
   assert_false(expression_is_name("2a"));
   assert_false(expression_is_name("a b"));
   assert_true(expression_is_reserved("x"));

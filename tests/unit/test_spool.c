@@ -11,6 +11,7 @@
 
 #include <cmocka.h>
 
+#include "memory_file.h"
 #include "spool.h"
 
 static void check(int64_t memory, bool on_disk) {
@@ -51,12 +52,13 @@ static void test_no_directory(void **state) {
   spool_close(&s);
 }
 
-/* Whoever gets the descriptor of a sealed spool can read it, and nothing else. */
-static void check_sealed(int64_t memory) {
+/* Whoever gets the descriptor of a whole spool on disk can read it, and nothing else. */
+static void test_end_on_disk(void **state) {
+  (void)state;
   spool s = SPOOL_EMPTY;
   char back[3] = "";
-  assert_true(spool_add(&s, "abc", 3, memory, "/tmp"));
-  assert_true(spool_seal(&s));
+  assert_true(spool_add(&s, "abc", 3, 0, "/tmp"));
+  assert_true(spool_end(&s));
   assert_int_equal(s.size, 3);
   assert_int_equal(pwrite(s.fd, "x", 1, 0), -1);
   assert_int_equal(pwrite(s.fd, "x", 1, 3), -1);
@@ -67,19 +69,25 @@ static void check_sealed(int64_t memory) {
   spool_close(&s);
 }
 
-static void test_sealed(void **state) {
+static void test_end_of_others(void **state) {
   (void)state;
-  spool empty = SPOOL_EMPTY;
-  assert_true(spool_seal(&empty));
-  check_sealed(100);
-  check_sealed(0);
+  spool s = SPOOL_EMPTY;
+  assert_true(spool_end(&s));
+  assert_int_equal(s.fd, -1);
+  assert_true(spool_add(&s, "abc", 3, 100, "/tmp"));
+  const int fd = s.fd;
+  assert_true(spool_end(&s));
+  assert_int_equal(s.fd, fd);
+  assert_true(memory_file_seal(fd)); /* which whoever hands it on does */
+  spool_close(&s);
 }
 
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(test_places),
       cmocka_unit_test(test_no_directory),
-      cmocka_unit_test(test_sealed),
+      cmocka_unit_test(test_end_on_disk),
+      cmocka_unit_test(test_end_of_others),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

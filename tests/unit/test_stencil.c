@@ -267,6 +267,32 @@ static void the_upwind_gradient_leans_upstream(void **state) {
   fixture_clear(&f);
 }
 
+/* Velocities whose squares are no doubles are upwinded like any other. */
+static void the_upwind_gradient_depends_on_the_peclet_number_only(void **state) {
+  (void)state;
+  sct_operator op = sct_operator_default(SCT_IPS, 2);
+  op.upwind = SCT_UPWIND_COSINE;
+  fixture f = fixture_unit(2, 6, 0.2, 3, &op);
+  double gradient[2][64];
+  sct_room *room = NULL;
+  sct_row row;
+  sct_error err;
+  expect_ok(sct_room_new(f.stencil, &room, &err), &err);
+  static const int powers[] = {0, -1000, 1000};
+  for (int k = 0; k < 3; k++) {
+    const double u[2] = {ldexp(3, powers[k]), ldexp(-1, powers[k])}, mu = ldexp(0.25, powers[k]);
+    const sct_row_request request = {SCT_ROW_GRADIENT, u, mu, NULL};
+    expect_ok(sct_stencil_row(f.stencil, 24, &request, room, &row, &err), &err);
+    assert_in_range(row.n, 4, 32);
+    for (int64_t e = 0; e < 2 * row.n; e++) gradient[k > 0][e] = row.gradient[e];
+    for (int64_t e = 0; e < 2 * row.n && k > 0; e++) {
+      assert_true(fabs(gradient[1][e] - gradient[0][e]) < 1e-12);
+    }
+  }
+  sct_room_free(&room);
+  fixture_clear(&f);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(names_go_both_ways),
@@ -280,6 +306,7 @@ int main(void) {
       cmocka_unit_test(threads_do_not_matter),
       cmocka_unit_test(beta_is_continuous_and_bounded),
       cmocka_unit_test(the_upwind_gradient_leans_upstream),
+      cmocka_unit_test(the_upwind_gradient_depends_on_the_peclet_number_only),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -514,6 +514,7 @@ static void test_large_bytes(void **state) {
   assert_int_equal(lseek(fd, 0, SEEK_END), SIZE);
   assert_int_equal(pread(fd, back, SIZE, 0), SIZE);
   assert_memory_equal(bytes, back, SIZE);
+  assert_int_equal(pwrite(fd, "x", 1, 0), -1); /* a worker is given it to read */
   close(fd);
   assert_int_equal(store_add_large(s, "x", 1, from, 10), STORE_OK); /* in place of the longer one */
   fd = store_open_large(s, "x", 1);
@@ -586,13 +587,79 @@ static void test_a_key_is_taken_once(void **state) {
   store_close(&s);
 }
 
+/* One that a failure of the store became is again what it was, as far as a client is told. */
+static void test_errors(void **state) {
+  (void)state;
+  static const struct {
+    int error;
+    store_result means;
+  } cases[] = {{0, STORE_OK},        {ENOSPC, STORE_FULL},   {EDQUOT, STORE_FULL},
+               {ENOMEM, STORE_DOWN}, {EMFILE, STORE_DOWN},   {ENFILE, STORE_DOWN},
+               {EIO, STORE_FAILED},  {ENOENT, STORE_FAILED}, {EROFS, STORE_FAILED}};
+  static const store_result back[] = {STORE_OK, STORE_FULL, STORE_DOWN, STORE_FAILED};
+  for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+    assert_int_equal(store_result_of(cases[k].error), cases[k].means);
+    assert_int_equal(store_blame("test", cases[k].error), cases[k].means);
+  }
+  for (size_t k = 0; k < sizeof back / sizeof *back; k++) {
+    assert_int_equal(store_result_of(store_errno(back[k])), back[k]);
+  }
+}
+
+static int64_t size_of_large(store *s, const char *owner, int which) {
+  const int fd = store_open_large(s, owner, which);
+  const int64_t size = fd < 0 ? -1 : (int64_t)lseek(fd, 0, SEEK_END);
+  if (fd >= 0) close(fd);
+  return size;
+}
+
+static int adopt(store *s, const char *draft) {
+  assert_int_equal(store_begin(s), STORE_OK);
+  return (int)store_adopt(s, draft, "x", 1);
+}
+
+static void test_drafts(void **state) {
+  enum { SIZE = 2500000 };
+  store *s = opened();
+  char draft[STORE_DRAFT], other[STORE_DRAFT];
+  (void)state;
+  int from = memfd_create("from", 0);
+  assert_int_equal(ftruncate(from, SIZE), 0);
+  store_sign(s, me);
+  store_name_draft(s, draft);
+  store_name_draft(s, other);
+  assert_string_not_equal(draft, other);
+  assert_int_equal(store_write_draft(s, draft, &from, SIZE), 0);
+  assert_int_equal(from, -1);
+  assert_int_equal(size_of_large(s, "x", 1), -1);
+  assert_int_equal(adopt(s, draft), STORE_OK);
+  store_rollback(s); /* it is one as before */
+  assert_int_equal(size_of_large(s, "x", 1), -1);
+  assert_int_equal(adopt(s, draft), STORE_OK);
+  assert_int_equal(store_commit(s), STORE_OK);
+  assert_int_equal(size_of_large(s, "x", 1), SIZE);
+  assert_int_equal(adopt(s, draft), STORE_DOWN); /* it is none any more */
+  store_rollback(s);
+  assert_int_equal(size_of_large(s, "x", 1), SIZE);
+  from = memfd_create("short", 0);
+  assert_int_not_equal(store_write_draft(s, other, &from, 1), 0); /* there is not that much */
+  assert_int_equal(from, -1);
+  assert_int_equal(adopt(s, other), STORE_DOWN);
+  store_rollback(s);
+  store_drop_draft(s, draft);
+  store_drop_draft(s, other);
+  assert_int_equal(size_of_large(s, "x", 1), SIZE);
+  store_close(&s);
+}
+
 #define CASE(f) cmocka_unit_test_setup_teardown(f, make_directory, remove_directory)
 
 int main(void) {
   const struct CMUnitTest both[] = {
-      CASE(test_row_comes_back),   CASE(test_one_at_a_time), CASE(test_transactions),
-      CASE(test_keys_and_digests), CASE(test_filters),       CASE(test_active_parts_and_expiry),
-      CASE(test_log_and_calls),    CASE(test_files),         CASE(test_any_bytes),
+      CASE(test_row_comes_back),     CASE(test_one_at_a_time), CASE(test_transactions),
+      CASE(test_keys_and_digests),   CASE(test_filters),       CASE(test_active_parts_and_expiry),
+      CASE(test_log_and_calls),      CASE(test_files),         CASE(test_any_bytes),
+      cmocka_unit_test(test_errors),
   };
   const struct CMUnitTest own[] = {
       CASE(test_old_tables_become_new),
@@ -605,6 +672,7 @@ int main(void) {
       CASE(test_the_dead_are_buried),
       CASE(test_calls_are_claimed),
       CASE(test_large_bytes),
+      CASE(test_drafts),
       CASE(test_telling),
       CASE(test_a_key_is_taken_once),
   };

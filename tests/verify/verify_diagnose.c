@@ -99,11 +99,29 @@ static void a_lattice_is_perfect(void **state) {
   fixture_clear(&f);
 }
 
+/* Errors may be so small or large that their squares are no doubles. */
+static void norms_are_of_the_size_of_the_errors(void **state) {
+  (void)state;
+  static const int powers[] = {-1060, -700, 0, 700, 1020};
+  static const uint8_t mask[] = {1, 1, 0, 1};
+  for (size_t k = 0; k < sizeof powers / sizeof *powers; k++) {
+    const double unit = ldexp(1, powers[k]);
+    const double value[] = {3 * unit, 4 * unit, 9 * unit, unit}, exact[] = {0, 0, unit, unit};
+    const sct_norms norms = sct_norms_of(value, exact, 4, 1, mask);
+    assert_true(fabs(norms.l2 / unit - sqrt(25.0 / 3)) < 1e-3); /* a denormal unit is coarse */
+    assert_true(fabs(norms.l2_relative - 5) < 1e-3);
+    assert_true(norms.l1 == 7 * unit / 3 && norms.linf == 4 * unit && norms.linf_all == 8 * unit);
+    const sct_norms vectors = sct_norms_of(value, exact, 2, 2, NULL);
+    assert_true(fabs(vectors.linf / unit - 8) < 1e-3 && fabs(vectors.l1 / unit - 6.5) < 1e-3);
+  }
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(ps_laplacian_of_a_coordinate_is_the_artificial_velocity),
       cmocka_unit_test(ips_laplacian_of_a_quadratic_is_the_effective_diffusivity),
       cmocka_unit_test(a_lattice_is_perfect),
+      cmocka_unit_test(norms_are_of_the_size_of_the_errors),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

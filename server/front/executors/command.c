@@ -7,11 +7,12 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/epoll.h>
-#include <sys/mman.h>
 #include <sys/pidfd.h>
 #include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
+
+#include "memory_file.h"
 
 struct command {
   loop *loop;
@@ -87,7 +88,7 @@ command *command_start(loop *l, const char *const argv[], int output,
   command *c = malloc(sizeof *c);
   if (c == NULL) return NULL;
   *c = (command){.loop = l, .pidfd = -1, .kept = -1, .ended = ended, .self = self};
-  if (output < 0) c->kept = memfd_create("output", MFD_CLOEXEC);
+  if (output < 0) c->kept = memory_file("output");
   const pid_t front = getpid();
   c->pid = fork();
   if (c->pid == 0) become(argv, output >= 0 ? output : c->kept, front);

@@ -6,11 +6,11 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/mman.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include "executor_kind.h"
+#include "memory_file.h"
 #include "pool_queue.h"
 #include "problem.h"
 
@@ -139,7 +139,7 @@ void run_fail(executor_run *r, int status, const char *format, ...) {
   va_end(arguments);
   problem_begin(&p, status, "%s", text);
   char *bytes = problem_bytes(&p, &o.size);
-  o.fd = memfd_create("problem", MFD_CLOEXEC);
+  o.fd = memory_file("problem");
   o.status = status;
   if (bytes == NULL || o.fd < 0 || write(o.fd, bytes, o.size) != (ssize_t)o.size) o.size = 0;
   snprintf(o.detail, sizeof o.detail, "%.*s", (int)sizeof o.detail - 1, text);

@@ -98,7 +98,7 @@ static enum MHD_Result on_request(connection *c) {
   exchange *x = c->x;
   const bool vain = c->vanished && (c->state == PENDING || x->has_body);
   if (x->reply.status == 0 && vain) return MHD_NO; /* no work for a client that has gone */
-  if (x->reply.status == 0 && !spool_seal(&x->body)) {
+  if (x->reply.status == 0 && !spool_end(&x->body)) {
     log_say(LOG_ERROR, "spool", "cannot close a body: %s", strerror(errno));
     exchange_refuse(x, 503, "body: it cannot be read again now");
   }

@@ -44,6 +44,10 @@ const char *http_field(const exchange *x, const char *name, char *room, size_t s
 const char *http_argument(const exchange *x, const char *name);
 int http_arguments(const exchange *x, const char *name);
 
+/* All values of an argument that may occur more than once, with commas between, in `room`; NULL if
+ * there is none, "" if they do not fit. */
+const char *http_argument_list(const exchange *x, const char *name, char *room, size_t size);
+
 /* Address of the client, "local" on a Unix socket. */
 void http_peer(const exchange *x, char *room, size_t size);
 

@@ -32,6 +32,31 @@ int http_arguments(const exchange *x, const char *name) {
   return t.count;
 }
 
+typedef struct {
+  const char *name;
+  char *room;
+  size_t size, used;
+} joint;
+
+static enum MHD_Result join_argument(void *self, enum MHD_ValueKind kind, const char *name,
+                                     const char *value) {
+  joint *j = self;
+  (void)kind;
+  if (strcmp(name, j->name) != 0 || value == NULL || j->used >= j->size) return MHD_YES;
+  j->used +=
+      (size_t)snprintf(j->room + j->used, j->size - j->used, "%s%s", j->used ? "," : "", value);
+  return MHD_YES;
+}
+
+const char *http_argument_list(const exchange *x, const char *name, char *room, size_t size) {
+  const connection *c = x->connection;
+  joint j = {name, room, size, 0};
+  if (http_argument(x, name) == NULL) return NULL;
+  room[0] = '\0';
+  MHD_get_connection_values(c->mhd, MHD_GET_ARGUMENT_KIND, join_argument, &j);
+  return j.used < size ? room : "";
+}
+
 void http_peer(const exchange *x, char *room, size_t size) {
   const connection *c = x->connection;
   const union MHD_ConnectionInfo *info =

@@ -63,20 +63,8 @@ int spool_take(spool *s) {
   return fd;
 }
 
-/* The same file, without the right to write. */
-static bool reopen(spool *s) {
-  char path[32];
-  snprintf(path, sizeof path, "/proc/self/fd/%d", s->fd);
-  const int fd = open(path, O_RDONLY | O_CLOEXEC);
-  if (fd < 0) return false;
-  close(s->fd);
-  s->fd = fd;
-  return true;
-}
-
-bool spool_seal(spool *s) {
-  if (s->fd < 0) return true;
-  return s->on_disk ? reopen(s) : memory_file_seal(s->fd);
+bool spool_end(spool *s) {
+  return !s->on_disk || s->fd < 0 || file_reopen(&s->fd);
 }
 
 void spool_close(spool *s) {

@@ -26,9 +26,9 @@ bool spool_add(spool *s, const void *bytes, size_t size, int64_t memory, const c
 /* Its descriptor, from now on the caller's; -1 if it is empty. The size is still known. */
 int spool_take(spool *s);
 
-/* The spool is whole: from here on nobody who gets its descriptor can change it or let it grow.
- * False with errno. */
-bool spool_seal(spool *s);
+/* The spool is whole: a file on disk is from here on open for reading only. One in memory is
+ * sealed when a worker gets it (worker_send). False with errno. */
+bool spool_end(spool *s);
 
 void spool_close(spool *s);
 

@@ -23,6 +23,7 @@ void job_drop_unneeded(job *c) {
 }
 
 void job_put_elsewhere(job *c) {
+  job_files_forget(c);
   c->elsewhere = true;
   *c->row.holder = *c->held = '\0';
 }

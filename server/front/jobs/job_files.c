@@ -1,6 +1,7 @@
 /* The bytes of jobs: request, checkpoint, result. What is small stands in the store beside the row,
  * written in the row's transaction, and so costs no fsync of its own; what is larger is a file
- * (keep.h), there before the row says so, or in a shared store in that transaction as well. */
+ * (keep.h), there before the row says so. In a shared store it is written in that transaction as
+ * well, or, if it is for the clerk, is a draft before, which the transaction takes over. */
 #include <errno.h>
 #include <fcntl.h>
 #include <math.h>
@@ -24,6 +25,7 @@ struct job_filing {
   int at, fd;
   size_t size;
   char name[64];
+  bool is_draft; /* of that name, not a file */
   int error;
   job_kept *kept;
   clerk_task task;
@@ -36,24 +38,51 @@ static void name_file(const job_row *row, job_file kind, char name[64]) {
   snprintf(name, 64, "%s.%s", row->id, kinds[kind]);
 }
 
-static bool write_checkpoint(job *c, int fd, size_t size) {
+/* Within a transaction. */
+static store_result write_large(const job *c, job_file kind, const job_large *large) {
+  store *s = c->all->store;
+  if (*large->draft != '\0') return store_adopt(s, large->draft, c->row.id, (int)kind);
+  return store_add_large(s, c->row.id, (int)kind, large->fd, large->size);
+}
+
+static bool write_checkpoint(const job *c, const job_large *large) {
   store *s = c->all->store;
   store_result result = store_begin(s);
-  if (result == STORE_OK) result = store_add_large(s, c->row.id, JOB_CHECKPOINT, fd, size);
+  if (result == STORE_OK) result = write_large(c, JOB_CHECKPOINT, large);
   if (result == STORE_OK) result = store_commit(s);
   if (result != STORE_OK) store_rollback(s);
   errno = store_errno(result);
   return result == STORE_OK;
 }
 
+static void clear_large(const job *c, job_large *large) {
+  if (large->fd > 0) close(large->fd);
+  if (*large->draft != '\0') store_drop_draft(c->all->store, large->draft); /* if it still is one */
+  *large = (job_large){0};
+}
+
 /* A large one of a shared store is written with the row; a checkpoint, which no row tells of, now.
  */
 static bool keep_shared(job *c, job_file kind, int fd, size_t size) {
-  if (kind == JOB_CHECKPOINT) return write_checkpoint(c, fd, size);
+  if (kind == JOB_CHECKPOINT) return write_checkpoint(c, &(job_large){.fd = fd, .size = size});
   const int own = fcntl(fd, F_DUPFD_CLOEXEC, 3);
   if (own < 0) return false;
-  if (c->large[kind].fd > 0) close(c->large[kind].fd);
-  c->large[kind] = (job_large){own, size};
+  clear_large(c, &c->large[kind]);
+  c->large[kind] = (job_large){.fd = own, .size = size};
+  return true;
+}
+
+/* Like keep_shared, of what is a draft by now. */
+static bool keep_draft(job *c, const job_filing *f) {
+  job_large large = {.size = f->size};
+  memcpy(large.draft, f->name, sizeof large.draft);
+  if (f->kind == JOB_CHECKPOINT) {
+    const bool good = write_checkpoint(c, &large);
+    if (!good) store_drop_draft(c->all->store, large.draft);
+    return good;
+  }
+  clear_large(c, &c->large[f->kind]);
+  c->large[f->kind] = large;
   return true;
 }
 
@@ -95,12 +124,21 @@ static bool has_room(job *c, int64_t size) {
   return allowance_take(&j->bytes, size, j->set->job_bytes, loop_now(), &all);
 }
 
-/* ---- Files ---- */
+/* ---- Aside: files, and drafts of a shared store ---- */
 
 /* In the thread. */
 static void write_file(void *self) {
   job_filing *f = self;
-  f->error = keep_taken(f->at, f->name, &f->fd, f->size);
+  f->error = f->is_draft ? store_write_draft(f->all->store, f->name, &f->fd, f->size)
+                         : keep_taken(f->at, f->name, &f->fd, f->size);
+}
+
+static void drop_written(const job_filing *f) {
+  if (f->is_draft) {
+    store_drop_draft(f->all->store, f->name);
+  } else if (f->error == 0) {
+    clerk_drop(f->all->clerk, f->at, f->name);
+  }
 }
 
 static void free_filing(job_filing *f) {
@@ -114,14 +152,15 @@ static void written(void *self) {
   job_filing *f = self;
   job *c = f->job;
   job_kept *kept = f->kept;
-  const int error = f->error;
-  if (c == NULL && error == 0) clerk_drop(f->all->clerk, f->at, f->name);
+  int error = f->error;
+  if (c == NULL || error != 0) drop_written(f);
   if (c != NULL) c->filing[f->kind] = NULL;
+  if (c != NULL && error == 0 && f->is_draft && !keep_draft(c, f)) error = errno;
   free_filing(f);
   if (c != NULL) kept(c, error);
 }
 
-static bool begin_file(job *c, job_file kind, int fd, size_t size, job_kept *kept) {
+static bool begin_aside(job *c, job_file kind, int fd, size_t size, job_kept *kept) {
   jobs *j = c->all;
   job_filing *f = calloc(1, sizeof *f);
   if (f == NULL) return false;
@@ -133,9 +172,14 @@ static bool begin_file(job *c, job_file kind, int fd, size_t size, job_kept *kep
                     .at = store_files(j->store),
                     .fd = fd,
                     .size = size,
+                    .is_draft = store_is_shared(j->store),
                     .kept = kept,
                     .task = {write_file, written, f, NULL}};
-  name_file(&c->row, kind, f->name);
+  if (f->is_draft) {
+    store_name_draft(j->store, f->name);
+  } else {
+    name_file(&c->row, kind, f->name);
+  }
   if (f->next != NULL) f->next->link = &f->next;
   c->filing[kind] = j->filings = f;
   clerk_do(j->clerk, &f->task, (int64_t)size);
@@ -170,11 +214,13 @@ static bool keep_in_store(job *c, job_file kind, int fd, size_t size) {
 }
 
 void job_files_keep(job *c, job_file kind, int fd, size_t size, job_kept *kept) {
-  const bool is_file = !is_for_row(kind, size) && !store_is_shared(c->all->store);
+  const jobs *j = c->all;
+  const bool is_aside = !is_for_row(kind, size) &&
+                        (!store_is_shared(j->store) || (int64_t)size >= j->set->aside_bytes);
   bool good = kind == JOB_CHECKPOINT || has_room(c, (int64_t)size);
   if (!good) errno = EDQUOT;
-  if (good && is_file && begin_file(c, kind, fd, size, kept)) return;
-  if (good) good = !is_file && keep_in_store(c, kind, fd, size);
+  if (good && is_aside && begin_aside(c, kind, fd, size, kept)) return;
+  if (good) good = !is_aside && keep_in_store(c, kind, fd, size);
   const int error = good ? 0 : errno;
   if (fd >= 0) close(fd);
   kept(c, error);
@@ -226,7 +272,7 @@ int job_files_open(jobs *j, const job_row *row, job_file kind) {
 }
 
 /* What one that is over does not need. */
-static store_result drop_written(job *c) {
+static store_result drop_unneeded(job *c) {
   store *s = c->all->store;
   const bool all = c->row.state == JOB_DISMISSED;
   const store_result result = store_drop_small(s, c->row.number, all ? -1 : (int)JOB_REQUEST);
@@ -237,15 +283,15 @@ static store_result drop_written(job *c) {
 store_result job_files_write(job *c) {
   store *s = c->all->store;
   const bool over = job_state_is_final((job_state)c->row.state);
-  store_result result = over ? drop_written(c) : STORE_OK;
+  store_result result = over ? drop_unneeded(c) : STORE_OK;
   for (int k = 0; k < JOB_FILES && result == STORE_OK; k++) {
     const job_small *small = &c->small[k];
     const job_large *large = &c->large[k];
     if (over && k != (int)JOB_RESULT) continue;
     if (small->bytes != NULL) {
       result = store_add_small(s, c->row.number, k, small->bytes, small->size);
-    } else if (large->fd > 0) {
-      result = store_add_large(s, c->row.id, k, large->fd, large->size);
+    } else if (large->fd > 0 || *large->draft != '\0') {
+      result = write_large(c, (job_file)k, large);
     }
   }
   return result;
@@ -255,8 +301,7 @@ void job_files_clear(job *c) {
   for (int k = 0; k < JOB_FILES; k++) {
     free(c->small[k].bytes);
     c->small[k] = (job_small){0};
-    if (c->large[k].fd > 0) close(c->large[k].fd);
-    c->large[k] = (job_large){0};
+    clear_large(c, &c->large[k]);
   }
 }
 

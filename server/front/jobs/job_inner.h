@@ -1,4 +1,4 @@
-/* job_inner.h - what job.c, job_save.c, job_run.c and job_recover.c share: the jobs in memory.
+/* job_inner.h - what the files job_*.c of the life of a job share: the jobs in memory.
  */
 #ifndef SCATTERD_JOB_INNER_H
 #define SCATTERD_JOB_INNER_H
@@ -24,6 +24,7 @@ typedef struct {
 typedef struct {
   int fd; /* 0 for none */
   size_t size;
+  char draft[STORE_DRAFT]; /* where its bytes are in the store by now, "" for nowhere */
 } job_large;
 
 typedef struct job_filing job_filing; /* a file that is being written, of job_files.c */
@@ -115,6 +116,8 @@ void job_become(job *c, job_state state, const char *format, ...)
 void job_touch(job *c);                     /* it is updated; never earlier than it was */
 void job_tell(job *c, job_event_kind kind); /* an event, and everybody who watches */
 job_view job_look(const job *c);
+
+/* job_add.c */
 int job_places(const job *c); /* in the queue and of its submitter's: its parts, or its own */
 
 /* job_files.c */
@@ -141,13 +144,19 @@ void jobs_flush(jobs *j);
 
 /* job_run.c */
 void jobs_schedule(void *self); /* starts what may start */
-void job_fail(job *c, int status, const char *format, ...) __attribute__((format(printf, 3, 4)));
 void job_advance(job *c, double fraction);
-void job_part_ended(job *part); /* its batch is told; once it is stored */
-void job_end_batch(job *batch); /* all its parts have ended */
 void job_enqueue(job *c, bool first);
 void job_stop(job *c);  /* off the queue, off its worker or its executor */
+void job_leave(job *c); /* off its worker or its executor, which has ended or stopped it */
 bool job_adopt(job *c); /* from the executor, which still has it */
+
+/* job_end.c */
+void job_ended(void *context, const pool_outcome *o); /* as pool_calls.done, of a job */
+void job_fail(job *c, int status, const char *format, ...) __attribute__((format(printf, 3, 4)));
+void job_part_ended(job *part); /* its batch is told; once it is stored */
+void job_end_batch(job *batch); /* all its parts have ended */
+/* Does it end, so that it only counts as running until its result is kept? */
+void job_count_end(job *c, bool ends);
 
 /* job_recover.c */
 void job_wait_again(job *c);  /* its run ended with a daemon */

@@ -116,19 +116,28 @@ static bool read_parent(query *q, const char *text, const char **needs) {
 static const struct {
   const char *name;
   reader *read;
+  bool is_list; /* "a,b", or given once for each */
 } arguments[] = {
-    {"limit", read_limit},       {"offset", read_offset},    {"type", read_type},
-    {"processID", read_process}, {"status", read_status},    {"datetime", read_datetime},
-    {"minDuration", read_least}, {"maxDuration", read_most}, {"parent", read_parent},
+    {"limit", read_limit, false},       {"offset", read_offset, false},
+    {"type", read_type, true},          {"processID", read_process, true},
+    {"status", read_status, true},      {"datetime", read_datetime, false},
+    {"minDuration", read_least, false}, {"maxDuration", read_most, false},
+    {"parent", read_parent, false},
 };
 
-enum { ARGUMENTS = sizeof arguments / sizeof *arguments };
+enum { ARGUMENTS = sizeof arguments / sizeof *arguments, LIST_MAX = 512 };
+
+static const char *argument(const exchange *x, int k, char room[LIST_MAX]) {
+  return arguments[k].is_list ? http_argument_list(x, arguments[k].name, room, LIST_MAX)
+                              : http_argument(x, arguments[k].name);
+}
 
 static bool read_query(exchange *x, query *q) {
   for (int k = 0; k < ARGUMENTS; k++) {
-    const char *needs = "", *text = http_argument(x, arguments[k].name);
+    char room[LIST_MAX];
+    const char *needs = "", *text = argument(x, k, room);
     const int times = http_arguments(x, arguments[k].name);
-    if (times > 1) {
+    if (times > 1 && !arguments[k].is_list) {
       exchange_refuse(x, 400, "%s: is there %d times, needs to be there once", arguments[k].name,
                       times);
       return false;
@@ -175,7 +184,8 @@ static void page_address(const exchange *x, const query *q, int64_t offset, char
   snprintf(text, size, "%s/jobs?limit=%lld&offset=%lld", x->base, (long long)q->filter.limit,
            (long long)offset);
   for (int k = 2; k < ARGUMENTS; k++) {
-    const char *value = http_argument(x, arguments[k].name);
+    char room[LIST_MAX];
+    const char *value = argument(x, k, room);
     if (value == NULL) continue;
     const size_t used = strlen(text);
     snprintf(text + used, size - used, "&%s=", arguments[k].name);
@@ -216,14 +226,12 @@ static void emit_pages(page *p, const query *q) {
 
 static void reply_emitted(exchange *x, emit *e) {
   size_t size = 0;
-  const void *bytes = emit_ok(e) ? emit_bytes(e, &size) : NULL;
-  char *copy = bytes != NULL ? malloc(size) : NULL;
-  if (copy == NULL) {
+  char *text = emit_take_text(e, &size);
+  if (text == NULL) {
     exchange_refuse(x, 503, "out of memory");
     return;
   }
-  memcpy(copy, bytes, size);
-  exchange_bytes(x, 200, media_type(MEDIA_JSON), copy, size);
+  exchange_bytes(x, 200, media_type(MEDIA_JSON), text, size);
   negotiate_coding(x);
 }
 

@@ -23,7 +23,7 @@ static const double beats = 5, burials = 3; /* per lease */
 /* ---- Storing ---- */
 
 void job_shared_mark(job *c) {
-  const bool is_ours = c->task != NULL || c->run != NULL || c->node.waits;
+  const bool is_ours = c->task != NULL || c->run != NULL || c->ends || c->node.waits;
   snprintf(c->row.holder, sizeof c->row.holder, "%s", is_ours ? c->all->shared->id : "");
 }
 
@@ -187,7 +187,7 @@ static void note_job(const void *node, VISIT when, void *context) {
 
 /* One that was not among what the store says is ours. */
 static bool is_lost(const job_shared *h, const job *c) {
-  return !c->elsewhere && !c->changed && c->extra == NULL && c->round != h->round;
+  return !c->elsewhere && !c->changed && c->row.number > 0 && c->round != h->round;
 }
 
 /* Something to tell that the others have not been told. */
@@ -360,6 +360,7 @@ job_shared *job_shared_new(jobs *j) {
   h->all = j;
   h->source = (loop_source){readable, h};
   for (size_t k = 0; k < sizeof bytes; k++) snprintf(h->id + 2 * k, 3, "%02x", bytes[k]);
+  store_sign(j->store, h->id);
   return h;
 }
 

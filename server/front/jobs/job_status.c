@@ -2,8 +2,6 @@
 
 #include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 #include <time.h>
 
 #include "member.h"
@@ -117,17 +115,12 @@ void job_status_emit(emit *e, const job_view *view, const char *base, bool minim
 
 char *job_status_bytes(const job_view *view, const char *base, bool minimal, store *s,
                        size_t *size) {
-  char *copy = NULL;
   emit *e = emit_new(EMIT_JSON);
   if (e == NULL) return NULL;
   job_status_emit(e, view, base, minimal, s);
-  if (emit_ok(e)) {
-    const void *bytes = emit_bytes(e, size);
-    copy = malloc(*size);
-    if (copy != NULL) memcpy(copy, bytes, *size);
-  }
+  char *text = emit_take_text(e, size);
   emit_free(&e);
-  return copy;
+  return text;
 }
 
 void job_status_reply(exchange *x, int status, const job_view *view, bool minimal, store *s) {
@@ -186,7 +179,8 @@ void job_refuse_store(exchange *x, store_result why) {
   } else if (why == STORE_DOWN || why == STORE_BUSY ||
              why == STORE_TAKEN) { /* taken by what has gone since */
     exchange_add(x, "Retry-After", "5");
-    exchange_refuse(x, 503, "the database of the service does not answer, or has no memory now");
+    exchange_refuse(x, 503,
+                    "the store of the service does not answer, or lacks memory or descriptors now");
   } else {
     exchange_refuse(x, 500, "the store does not work; the log knows more under request %s", x->id);
   }

@@ -11,7 +11,7 @@
  * `s` is where its log comes from, NULL: without. */
 void job_status_emit(emit *e, const job_view *view, const char *base, bool minimal, store *s);
 
-/* The same as bytes, malloc'ed; NULL when out of memory. */
+/* The same as text, malloc'ed; NULL when out of memory. */
 char *job_status_bytes(const job_view *view, const char *base, bool minimal, store *s,
                        size_t *size);
 

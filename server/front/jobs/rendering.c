@@ -44,7 +44,7 @@ static void refuse_unopened(exchange *x, const char *id, int error) {
   if (error == ENOENT) {
     job_refuse_dismissed(x, id);
   } else {
-    job_refuse_store(x, error == EHOSTDOWN ? STORE_DOWN : STORE_FAILED);
+    job_refuse_store(x, store_blame("result", error));
   }
 }
 

@@ -47,7 +47,7 @@ static void refuse_down(fetches *f, pool_task *t) {
 /* Gives a descriptor, which is closed. */
 static void give(fetches *f, pool_task *t, ipc_given given, int fd) {
   if (fd < 0) {
-    const int status = errno == EHOSTDOWN ? 503 : 500;
+    const int status = store_result_of(errno) == STORE_DOWN ? 503 : 500;
     refuse(f, t, status, "cannot be opened: %s", strerror(errno));
     return;
   }

@@ -9,7 +9,7 @@
 #include "pool_worker.h"
 
 bool worker_send(worker *w, const void *message, size_t size, int fd) {
-  if (fd >= 0) (void)memory_file_seal(fd); /* in vain if it is none */
+  if (fd >= 0) (void)memory_file_seal(fd); /* in vain on disk, where all are for reading only */
   return ipc_send(w->child.socket, message, size, fd);
 }
 

@@ -54,7 +54,7 @@ typedef struct {
  * the quotas meanwhile; the same bytes coming twice at a time are one object. Takes o->fd in any
  * case. *filing is set until `done` is called, which may be before this returns, and then NULL.
  * Cost: a SHA-256 and, for a new one, a copy and three fsyncs, of which the loop waits for the one
- * of the row (in a shared store for all). */
+ * of the row (in a shared store for all of bytes that are not for the clerk). */
 void data_add(data_store *d, const data_order *o, data_filing **filing);
 
 /* Nobody wants it any more: `done` is not called, and no object is made of it. *filing is NULL. */

@@ -10,7 +10,6 @@
 #include "data_inner.h"
 #include "digest.h"
 #include "keep.h"
-#include "log.h"
 
 struct data_filing {
   data_filing *next, **at;
@@ -20,7 +19,8 @@ struct data_filing {
   void *self;
   int64_t most; /* bytes that the owner may have */
   data_row row;
-  int fd, folder; /* from the one into the other */
+  int fd, folder;          /* from the one into the other */
+  char draft[STORE_DRAFT]; /* or into this, "" if not */
   clerk_task task;
   int error;   /* errno of the task, 0 if it went well */
   bool writes; /* it is being written: its bytes count, and equal ones wait for it */
@@ -39,10 +39,7 @@ static data_result result_of(store_result result) {
 }
 
 static data_result result_of_errno(int error) {
-  if (error == ENOSPC || error == EDQUOT) return DATA_FULL;
-  if (error == ENOMEM) return DATA_DOWN;
-  log_say(LOG_ERROR, "data", "%s", strerror(error));
-  return DATA_FAILED;
+  return result_of(store_blame("data", error));
 }
 
 static data_filing *find_equal(const data_store *d, const char *id, bool writes) {
@@ -119,18 +116,30 @@ static void date(data_filing *f) {
   d->expiry = fmin(d->expiry, f->row.expires);
 }
 
+/* As the bytes of the row. */
+static store_result take_over(const data_filing *f) {
+  store *s = f->all->store;
+  if (*f->draft != '\0') return store_adopt(s, f->draft, f->row.id, 0);
+  return store_add_large(s, f->row.id, 0, f->fd, (size_t)f->row.size);
+}
+
 /* Row and bytes in one transaction, which the loop waits for. */
-static data_result write_shared(data_filing *f) {
+static data_result add_shared(data_filing *f) {
   store *s = f->all->store;
   date(f);
   store_result result = store_begin(s);
   if (result == STORE_OK) result = store_data_add(s, &f->row);
-  if (result == STORE_OK) {
-    result = store_add_large(s, f->row.id, 0, f->fd, (size_t)f->row.size);
-  }
+  if (result == STORE_OK) result = take_over(f);
   if (result == STORE_OK) result = store_commit(s);
   if (result != STORE_OK) store_rollback(s);
   return result_of(result);
+}
+
+static data_result add_draft(data_filing *f) {
+  const bool is_there = f->error == 0 && f->held != NULL;
+  const data_result result = is_there ? add_shared(f) : result_of_errno(f->error);
+  if (result != DATA_NEW || !is_there) store_drop_draft(f->all->store, f->draft);
+  return result;
 }
 
 /* The file first, then the row that refers to it. */
@@ -148,13 +157,15 @@ static data_result add_row(data_filing *f) {
 /* In the thread. */
 static void write_file(void *self) {
   data_filing *f = self;
-  f->error = keep_taken(f->folder, f->row.id, &f->fd, (size_t)f->row.size);
+  const size_t size = (size_t)f->row.size;
+  f->error = *f->draft != '\0' ? store_write_draft(f->all->store, f->draft, &f->fd, size)
+                               : keep_taken(f->folder, f->row.id, &f->fd, size);
 }
 
 static void written(void *self) {
   data_filing *f = self;
   f->writes = false;
-  end(f, add_row(f));
+  end(f, *f->draft != '\0' ? add_draft(f) : add_row(f));
 }
 
 /* Its digest is known: what is to become of it. */
@@ -166,11 +177,13 @@ static void place(data_filing *f) {
     return;
   }
   const data_result result = known == DATA_NEW ? look_for_room(f) : known;
+  const bool is_shared = store_is_shared(d->store);
   if (result != DATA_NEW) {
     end(f, result);
-  } else if (store_is_shared(d->store)) {
-    end(f, write_shared(f));
+  } else if (is_shared && f->row.size < d->set->aside_bytes) {
+    end(f, add_shared(f));
   } else {
+    if (is_shared) store_name_draft(d->store, f->draft);
     f->writes = true;
     f->task = (clerk_task){write_file, written, f, NULL};
     clerk_do(d->clerk, &f->task, f->row.size);

@@ -12,6 +12,37 @@
 #include "log.h"
 #include "store_sql.h"
 
+/* ---- Failures ---- */
+
+int store_errno(store_result result) {
+  static const int numbers[] = {
+      [STORE_OK] = 0,        [STORE_NONE] = ENOENT,    [STORE_TAKEN] = EEXIST,
+      [STORE_FULL] = ENOSPC, [STORE_DOWN] = EHOSTDOWN, [STORE_FAILED] = EIO,
+      [STORE_LIMIT] = EIO,   [STORE_BUSY] = EIO};
+  return numbers[result];
+}
+
+static const struct {
+  int error;
+  store_result means;
+} meanings[] = {
+    {0, STORE_OK},        {ENOSPC, STORE_FULL}, {EDQUOT, STORE_FULL}, {EHOSTDOWN, STORE_DOWN},
+    {ENOMEM, STORE_DOWN}, {EMFILE, STORE_DOWN}, {ENFILE, STORE_DOWN},
+};
+
+store_result store_result_of(int error) {
+  for (size_t k = 0; k < sizeof meanings / sizeof *meanings; k++) {
+    if (meanings[k].error == error) return meanings[k].means;
+  }
+  return STORE_FAILED;
+}
+
+store_result store_blame(const char *subject, int error) {
+  const store_result result = store_result_of(error);
+  if (result == STORE_FAILED) log_say(LOG_ERROR, subject, "%s", strerror(error));
+  return result;
+}
+
 /* ---- Opening ---- */
 
 static void tell_mode(const store *s, const char *path) {
@@ -59,12 +90,18 @@ store *store_open(const char *directory, const char *url, fault *why) {
   if (!lock_directory(s, directory, why) || !open_files(s, why) ||
       !sql_open(s, is_own ? directory : url, why)) {
     store_close(&s);
+    return NULL;
+  }
+  if (!is_own && (s->writer = store_writer_new(s, url)) == NULL) {
+    fault_set(why, "out of memory");
+    store_close(&s);
   }
   return s;
 }
 
 void store_close(store **s) {
   if (*s == NULL) return;
+  store_writer_free(&(*s)->writer);
   sql_close(*s);
   if ((*s)->files >= 0) close((*s)->files);
   if ((*s)->data >= 0) close((*s)->data);

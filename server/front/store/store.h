@@ -27,7 +27,7 @@ typedef enum {
   STORE_LIMIT,  /* its submitter has as many jobs as it may */
   STORE_BUSY,   /* another daemon is at it, and hangs */
   STORE_FULL,   /* the disk is, or a quota */
-  STORE_DOWN,   /* the database does not answer, or has no memory: which passes */
+  STORE_DOWN,   /* the database does not answer, memory or descriptors lack: which passes */
   STORE_FAILED, /* anything else; the log knows */
 } store_result;
 
@@ -151,14 +151,43 @@ store_result store_drop_small(store *s, int64_t job, int which);
 /* Takes the place of what was there; no transaction of its own. */
 store_result store_add_large(store *s, const char *owner, int which, int fd, size_t size);
 
-/* A nameless file with them; -1 with errno. */
+/* A nameless file with them, for reading only; -1 with errno. */
 int store_open_large(store *s, const char *owner, int which);
 
 /* Forgets those of the kinds from `least` to `most`. */
 store_result store_drop_large(store *s, const char *owner, int least, int most);
 
-/* What a failure is called there. */
+/* ---- Drafts: large bytes of a shared store that the clerk writes (clerk.h), before a transaction
+ * of the loop takes them over. What a daemon leaves goes when it is buried (store_shared.h). ----
+ */
+
+enum { STORE_DRAFT = 64 };
+
+/* A new name for one. */
+void store_name_draft(store *s, char draft[STORE_DRAFT]);
+
+/* Writes it, durably, over a connection that is used for nothing else and made when it is first
+ * needed; *fd is closed, and -1 then. The only function of a store that a second thread may call,
+ * one call at a time. 0 or an errno; then it may be there all the same. */
+int store_write_draft(store *s, const char *draft, int *fd, size_t size);
+
+/* Makes it the bytes of `owner`, in place of what was there; no transaction of its own. STORE_DOWN
+ * if it has gone. Cost: none of its bytes is touched. */
+store_result store_adopt(store *s, const char *draft, const char *owner, int which);
+
+/* Forgets it, if it is there. */
+void store_drop_draft(store *s, const char *draft);
+
+/* A failure of the store as an errno. */
 int store_errno(store_result result);
+
+/* What an errno of opening, reading or writing means for the store's users: STORE_FULL (507) when
+ * the disk or a quota is full, STORE_DOWN (503) for what the daemon will have again (memory,
+ * descriptors, the database), STORE_FAILED (500) for anything else, STORE_OK for 0. */
+store_result store_result_of(int error);
+
+/* The same, with a line in the log if it is STORE_FAILED. */
+store_result store_blame(const char *subject, int error);
 
 /* ---- Log of a job ---- */
 

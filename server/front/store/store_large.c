@@ -13,7 +13,7 @@ enum { PIECE = 1 << 20 };
 store_result store_add_large(store *s, const char *owner, int which, int fd, size_t size) {
   char *piece = malloc(PIECE);
   store_result result = store_drop_large(s, owner, which, which);
-  if (piece == NULL) result = STORE_FAILED;
+  if (piece == NULL) result = STORE_DOWN;
   for (size_t at = 0, k = 0; at < size && result == STORE_OK; k++) {
     const size_t length = size - at < PIECE ? size - at : PIECE;
     if (pread(fd, piece, length, (off_t)at) != (ssize_t)length) {
@@ -54,14 +54,18 @@ static store_result copy_piece(store *s, const char *owner, int which, int64_t k
 }
 
 int store_open_large(store *s, const char *owner, int which) {
-  const int to = nameless(s);
+  int to = nameless(s);
   if (to < 0) return -1;
   store_result result = STORE_OK;
   int64_t k = 0;
   while ((result = copy_piece(s, owner, which, k, to)) == STORE_OK) k++;
-  if (result == STORE_NONE && k > 0) return to;
+  int reason = store_errno(result);
+  if (result == STORE_NONE && k > 0) {
+    if (file_reopen(&to)) return to;
+    reason = errno;
+  }
   close(to);
-  errno = store_errno(result);
+  errno = reason;
   return -1;
 }
 
@@ -70,12 +74,4 @@ store_result store_drop_large(store *s, const char *owner, int least, int most) 
   sql_long(s, DROP_LARGE, ":least", least);
   sql_long(s, DROP_LARGE, ":most", most);
   return sql_run(s, DROP_LARGE);
-}
-
-int store_errno(store_result result) {
-  static const int numbers[] = {
-      [STORE_OK] = 0,        [STORE_NONE] = ENOENT,    [STORE_TAKEN] = EEXIST,
-      [STORE_FULL] = ENOSPC, [STORE_DOWN] = EHOSTDOWN, [STORE_FAILED] = EIO,
-      [STORE_LIMIT] = EIO,   [STORE_BUSY] = EIO};
-  return numbers[result];
 }

@@ -1,4 +1,4 @@
-/* In place of store_postgres.c where libpq was not there when this was built. */
+/* In place of store_postgres*.c where libpq was not there when this was built. */
 #include "store_sql.h"
 
 static bool open_base(store *s, const char *where, fault *why) {

@@ -70,7 +70,8 @@ void store_leave(store *s, const char *holder) {
 }
 
 store_result store_bury(store *s, const char *holder, double lease) {
-  static const statement in_order[] = {RELEASE_DEAD, FREE_CALLS, CLAIM_DEAD, FORGET_DEAD};
+  static const statement in_order[] = {RELEASE_DEAD, FREE_CALLS, CLAIM_DEAD, FORGET_DRAFTS,
+                                       FORGET_DEAD};
   store_result result = STORE_OK;
   for (size_t k = 0; k < sizeof in_order / sizeof *in_order && result == STORE_OK; k++) {
     sql_real(s, in_order[k], ":lease", lease);

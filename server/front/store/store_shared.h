@@ -36,6 +36,9 @@ store_result store_relax(store *s);
 
 /* ---- Daemons ---- */
 
+/* Who this one is, for as long as the store is open: its drafts are called after it. */
+void store_sign(store *s, const char *holder);
+
 /* The database's clock, in seconds since 1970. */
 store_result store_clock(store *s, double *now);
 

@@ -186,6 +186,26 @@ bool sql_open(store *s, const char *where, fault *why) {
   return s->door->open(s, where, why);
 }
 
+bool sql_make_tables(store *s, int version, bool (*become)(store *s, const char *text, int version),
+                     fault *why) {
+  const dialect d = s->door->dialect;
+  store_text q;
+  if (version < 0 || version > STORE_VERSION) {
+    return fault_set(why, "%s: its tables are of version %d, needs at most %d",
+                     s->door->shared ? "store" : "data-dir", version, STORE_VERSION);
+  }
+  if (version == 0) {
+    store_write_schema(d, &q);
+    return become(s, q.text, STORE_VERSION);
+  }
+  for (; version < STORE_VERSION; version++) {
+    store_write_step(d, version, &q);
+    if (!become(s, q.text, version + 1)) return false;
+  }
+  return true;
+}
+
 void sql_close(store *s) {
-  s->door->close(s);
+  if (s->base != NULL) s->door->close(s);
+  s->base = NULL;
 }

@@ -44,11 +44,27 @@ struct store {
   void *base;                       /* the door's */
   store_names names[STATEMENTS];    /* parameters of each */
   int directory, files, data, lock; /* descriptors */
+  /* of a shared one, store_draft.c: */
+  store *writer; /* another connection to the same database, the clerk's */
+  char *url;     /* of a writer; NULL: it is none */
+  double until;  /* of a writer: it does not connect before */
+  char holder[JOB_HOLDER];
+  int64_t drafts; /* names given so far */
 };
+
+/* What a store has for drafts; NULL when out of memory. */
+store *store_writer_new(const store *s, const char *url);
+void store_writer_free(store **w);
 
 /* `where`: the directory, or the URL of the database. */
 bool sql_open(store *s, const char *where, fault *why);
 void sql_close(store *s);
+
+/* For the doors: makes the tables as they are now of those of `version`, 0 if there are none, -1 if
+ * that cannot be told. `become` runs a text and writes the version it leads to, both or none. False
+ * with *why for a version that is not known, else when `become` fails. */
+bool sql_make_tables(store *s, int version, bool (*become)(store *s, const char *text, int version),
+                     fault *why);
 
 void sql_text(store *s, statement k, const char *name, const char *text);
 void sql_long(store *s, statement k, const char *name, int64_t value);

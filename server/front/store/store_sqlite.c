@@ -28,7 +28,7 @@ static sqlite3_stmt *at(const store *s, statement k) {
 
 static store_result failure(sqlite3 *db, int code) {
   if ((code & 0xff) == SQLITE_FULL) return STORE_FULL;
-  if (sqlite3_system_errno(db) == ENOSPC || sqlite3_system_errno(db) == EDQUOT) return STORE_FULL;
+  if (store_result_of(sqlite3_system_errno(db)) == STORE_FULL) return STORE_FULL;
   log_say(LOG_ERROR, "store", "%s", sqlite3_errmsg(db));
   return (code & 0xff) == SQLITE_NOMEM ? STORE_DOWN : STORE_FAILED; /* it passes */
 }
@@ -101,30 +101,11 @@ static int version_of(sqlite3 *db) {
   return version;
 }
 
-/* Runs text and sets the version, both or none. */
-static bool become(sqlite3 *db, const store_text *q, int version) {
-  char *all = sqlite3_mprintf("BEGIN;%s;PRAGMA user_version=%d;COMMIT", q->text, version);
-  const bool good = all != NULL && sqlite3_exec(db, all, NULL, NULL, NULL) == SQLITE_OK;
+static bool become(store *s, const char *text, int version) {
+  char *all = sqlite3_mprintf("BEGIN;%s;PRAGMA user_version=%d;COMMIT", text, version);
+  const bool good = all != NULL && sqlite3_exec(base_of(s)->db, all, NULL, NULL, NULL) == SQLITE_OK;
   sqlite3_free(all);
   return good;
-}
-
-static bool make_tables(sqlite3 *db, fault *why) {
-  store_text q;
-  int version = version_of(db);
-  if (version == 0) {
-    store_write_schema(DIALECT_SQLITE, &q);
-    return become(db, &q, STORE_VERSION);
-  }
-  if (version < 0 || version > STORE_VERSION) {
-    return fault_set(why, "data-dir: its tables are of version %d, needs at most %d", version,
-                     STORE_VERSION);
-  }
-  for (; version < STORE_VERSION; version++) {
-    store_write_step(DIALECT_SQLITE, version, &q);
-    if (!become(db, &q, version + 1)) return false;
-  }
-  return true;
 }
 
 static bool prepare(base *b) {
@@ -157,8 +138,8 @@ static bool open_base(store *s, const char *where, fault *why) {
   if (!make_private(s)) return fault_set(why, "data-dir: %.200s: %s", file, strerror(errno));
   if (sqlite3_open_v2(file, &b->db, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE, NULL) ==
           SQLITE_OK &&
-      sqlite3_exec(b->db, settings, NULL, NULL, NULL) == SQLITE_OK && make_tables(b->db, why) &&
-      prepare(b)) {
+      sqlite3_exec(b->db, settings, NULL, NULL, NULL) == SQLITE_OK &&
+      sql_make_tables(s, version_of(b->db), become, why) && prepare(b)) {
     return true;
   }
   if (*why->text == '\0') fault_set(why, "data-dir: %.200s: %s", file, sqlite3_errmsg(b->db));
@@ -167,7 +148,6 @@ static bool open_base(store *s, const char *where, fault *why) {
 
 static void close_base(store *s) {
   base *b = s->base;
-  if (b == NULL) return;
   for (int k = 0; k < STATEMENTS_OF_ONE; k++) sqlite3_finalize(b->statement[k]);
   sqlite3_close(b->db);
   free(b);

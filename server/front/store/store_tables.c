@@ -284,6 +284,12 @@ static const char *const statements[STATEMENTS] = {
     [REMOVE_LARGE] =
         "DELETE FROM large WHERE owner IN (SELECT id FROM jobs WHERE number = :number OR "
         "(parent = :number AND parent > 0))",
+    [ADOPT_LARGE] =
+        "UPDATE large SET owner = :owner, kind = :kind WHERE owner = :draft AND kind = -1",
+    [FORGET_DRAFTS] =
+        "DELETE FROM large WHERE kind = -1 AND owner IN (SELECT owner FROM (SELECT owner, "
+        "split_part(owner, '.', 1) AS holder FROM large WHERE kind = -1) AS draft "
+        "WHERE NOT ({alive}))",
 };
 
 static void add(store_text *q, const char *format, ...) __attribute__((format(printf, 2, 3)));

@@ -98,6 +98,8 @@ typedef enum {
   LARGE,
   DROP_LARGE,
   REMOVE_LARGE,
+  ADOPT_LARGE,
+  FORGET_DRAFTS,
   STATEMENTS
 } statement;
 
