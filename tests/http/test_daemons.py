@@ -353,7 +353,7 @@ class Limits(Case):
 class Drafts(Case):
     """What is large is written by the second thread, over a connection of its own. Its INSERT waits
     for as long as a test likes; meanwhile everybody else is served."""
-    options = [*Case.options, "--aside-bytes", "20000"]
+    options = ["--workers", "2", "--lease-seconds", "6", "--aside-bytes", "20000"]
 
     def setUp(self):
         super().setUp()
