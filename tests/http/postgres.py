@@ -57,6 +57,29 @@ def unprivileged():
     raise Missing("no user postgres or nobody")
 
 
+class Session:
+    """Statements over one connection, without the time that it takes to start psql."""
+
+    END = "end of the rows"
+
+    def __init__(self, process):
+        self.process = process
+
+    def sql(self, text):
+        """Rows as lines, columns with | between."""
+        self.process.stdin.write(f"{text};\n\\echo {self.END}\n")
+        self.process.stdin.flush()
+        rows = []
+        for line in self.process.stdout:
+            if line == self.END + "\n":
+                return rows
+            rows.append(line.rstrip("\n"))
+        raise AssertionError(f"psql has ended: {rows}")
+
+    def close(self):
+        self.process.communicate("\\q\n")
+
+
 class Server:
     def __init__(self, *settings, environment=None):
         self.settings = settings
@@ -124,6 +147,13 @@ class Server:
         if ran.returncode != 0:
             raise AssertionError(ran.stdout)
         return ran.stdout.splitlines()
+
+    def session(self, name):
+        """A connection that stays; close() it."""
+        return Session(subprocess.Popen(
+            [os.path.join(self.programs, "psql"), "-X", "-q", "-A", "-t", self.url(name)], text=True,
+            cwd=self.directory, stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT, preexec_fn=self.become))
 
     def database(self, name):
         if not self.sql(f"SELECT 1 FROM pg_database WHERE datname = '{name}'"):

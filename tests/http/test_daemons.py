@@ -362,36 +362,31 @@ class Drafts(Case):
                    "CREATE TRIGGER hold BEFORE INSERT ON large FOR EACH ROW WHEN (NEW.kind = -1) "
                    "EXECUTE FUNCTION hold()", self.name)
 
-    def locks(self, condition):
-        return server.sql("SELECT pid FROM pg_locks WHERE locktype = 'advisory' AND objid = 7 AND "
-                          f"{condition} AND database = (SELECT oid FROM pg_database WHERE datname = "
-                          "current_database())", self.name)
+        self.holder, self.observer = server.session(self.name), server.session(self.name)
+        self.addCleanup(self.holder.close)
+        self.addCleanup(self.observer.close)
 
-    def release(self):
-        for pid in self.locks("mode = 'ExclusiveLock'"):
-            server.sql(f"SELECT pg_terminate_backend({pid})", self.name)
+    def waits(self):
+        """Is there a draft that waits?"""
+        return self.observer.sql(
+            "SELECT pid FROM pg_locks WHERE locktype = 'advisory' AND objid = 7 AND NOT granted AND "
+            "database = (SELECT oid FROM pg_database WHERE datname = current_database())") != []
 
     @contextlib.contextmanager
     def held(self):
         """Drafts wait while this lasts, which is to be short: statements take 4.5 s at most."""
-        def hold():
-            with contextlib.suppress(AssertionError):  # it is ended by the one above
-                server.sql("SELECT pg_advisory_lock(7), pg_sleep(600)", self.name)
-        holder = threading.Thread(target=hold)
-        holder.start()
+        self.holder.sql("SELECT pg_advisory_lock(7)")
         try:
-            daemon.wait_until(lambda: self.locks("granted"), "the lock")
             yield
         finally:
-            self.release()
-            holder.join()
+            self.holder.sql("SELECT pg_advisory_unlock(7)")
 
     def later(self, *arguments):
         """Makes a request in a thread; the list that its reply comes into, and the thread."""
         replies = []
         thread = threading.Thread(target=lambda: replies.append(self.first.request(*arguments)))
         thread.start()
-        daemon.wait_until(lambda: self.locks("NOT granted") or replies, "a draft that waits")
+        daemon.wait_until(lambda: self.waits() or replies, "a draft that waits")
         self.assertEqual(replies, [])
         return replies, thread
 
@@ -424,7 +419,7 @@ class Drafts(Case):
         with self.held():
             plain.sendall(b"POST /data HTTP/1.1\r\nHost: a\r\nContent-Type: application/json\r\n"
                           + f"Content-Length: {len(body)}\r\n\r\n{body}".encode())
-            daemon.wait_until(lambda: self.locks("NOT granted"), "a draft that waits")
+            daemon.wait_until(self.waits, "a draft that waits")
             plain.close()
             self.first.wait_for_log(r"event=request .*end=aborted")
         self.stop(self.first, self.second)
@@ -453,7 +448,7 @@ class Drafts(Case):
         self.assertEqual(self.status(self.first, job, wait=20)["status"], "successful")
         with self.held():
             big = self.submit(self.first, "big 3000000")
-            daemon.wait_until(lambda: self.locks("NOT granted"), "a draft that waits")
+            daemon.wait_until(self.waits, "a draft that waits")
             time.sleep(1.2)  # longer than a look at what is ours
             self.assertEqual(self.status(self.second, big)["status"], "running")
             self.assert_serves()
@@ -476,7 +471,7 @@ class Drafts(Case):
     def test_one_that_is_dismissed(self):
         with self.held():
             big = self.submit(self.first, "big 3000000")
-            daemon.wait_until(lambda: self.locks("NOT granted"), "a draft that waits")
+            daemon.wait_until(self.waits, "a draft that waits")
             self.assertEqual(self.second.request("DELETE", f"/jobs/{big}").status, 200)
         self.stop(self.first, self.second)
         self.assertEqual(server.sql("SELECT owner FROM large", self.name), [])
