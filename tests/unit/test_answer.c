@@ -220,6 +220,24 @@ static void test_bad_bodies(void **state) {
   asked_clear(&a);
 }
 
+/* What the state of a job says of a long problem: whole words of it, and a mark. */
+static void test_shortened(void **state) {
+  (void)state;
+  asked a = ask_json("solve",
+                     "{\"inputs\":{\"cloud\":{\"lattice\":{\"lower\":[0,0],\"upper\":[1,1],"
+                     "\"cells\":[60,60]}},\"diffusivity\":0,\"boundary\":[{\"on\":\"boundary\","
+                     "\"type\":\"dirichlet\",\"value\":0}]}}");
+  const char *whole = at_pointer(a.root, "/detail")->text, *part = a.raw.detail;
+  const size_t length = strlen(part);
+  assert_int_equal(422, a.raw.status);
+  assert_true(strlen(whole) >= sizeof a.raw.detail);
+  assert_true(length > 4 && length < sizeof a.raw.detail);
+  assert_string_equal(" ...", part + length - 4);
+  assert_memory_equal(whole, part, length - 4);
+  assert_int_equal(' ', whole[length - 4]);
+  asked_clear(&a);
+}
+
 /* Shuffling the points of a cloud, with its groups, normals and fields, shuffles the answer. */
 enum { SIDE = 9, POINTS = SIDE * SIDE };
 
@@ -493,7 +511,7 @@ int main(void) {
       cmocka_unit_test(test_time),        cmocka_unit_test(test_explicit),
       cmocka_unit_test(test_apply),       cmocka_unit_test(test_rows_of_apply),
       cmocka_unit_test(test_interior),    cmocka_unit_test(test_diagnose),
-      cmocka_unit_test(test_report),
+      cmocka_unit_test(test_report),      cmocka_unit_test(test_shortened),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }
