@@ -133,12 +133,11 @@ bool clerk_take_back(clerk *k, clerk_task *t) {
   return had;
 }
 
-/* Waits until something is finished. False if there is nothing to wait for. */
-static bool wait_for_finished(clerk *k) {
+/* Waits until the thread is at rest: what is given from then on is done here, and no two tasks at a
+ * time. False if nothing is finished. */
+static bool wait_for_rest(clerk *k) {
   pthread_mutex_lock(&k->lock);
-  while (k->finished.first == NULL && (k->working || k->waiting.first != NULL)) {
-    pthread_cond_wait(&k->changed, &k->lock);
-  }
+  while (k->working || k->waiting.first != NULL) pthread_cond_wait(&k->changed, &k->lock);
   const bool any = k->finished.first != NULL;
   pthread_mutex_unlock(&k->lock);
   return any;
@@ -146,7 +145,7 @@ static bool wait_for_finished(clerk *k) {
 
 void clerk_finish(clerk *k) {
   k->least = INT64_MAX;
-  while (wait_for_finished(k)) tell_finished(k);
+  while (wait_for_rest(k)) tell_finished(k);
 }
 
 /* ---- Large files ---- */

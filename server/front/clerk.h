@@ -42,8 +42,8 @@ void clerk_do(clerk *k, clerk_task *t, int64_t bytes);
  * is not with the clerk. */
 bool clerk_take_back(clerk *k, clerk_task *t);
 
-/* Waits for all tasks and calls what is `done`. From now on all tasks, those that this brings too,
- * are done at once, by who gives them. */
+/* Waits for all tasks, then calls what is `done`. From now on all tasks, those that this brings
+ * too, are done at once, by who gives them. */
 void clerk_finish(clerk *k);
 
 /* Closes a descriptor (-1: none): by the thread if that of a large file, whose bytes may go with

@@ -367,10 +367,10 @@ class Drafts(Case):
         self.addCleanup(self.observer.close)
 
     def waits(self):
-        """Is there a draft that waits?"""
+        """Processes of the server with a draft that waits."""
         return self.observer.sql(
             "SELECT pid FROM pg_locks WHERE locktype = 'advisory' AND objid = 7 AND NOT granted AND "
-            "database = (SELECT oid FROM pg_database WHERE datname = current_database())") != []
+            "database = (SELECT oid FROM pg_database WHERE datname = current_database())")
 
     @contextlib.contextmanager
     def held(self):
@@ -455,6 +455,23 @@ class Drafts(Case):
         info = self.status(self.second, big, wait=20)
         self.assertEqual((info["status"], info["attempts"]), ("successful", 1))
         self.stop(self.first, self.second)
+
+    def test_a_result_whose_draft_cannot_be_written(self):
+        """It is written with its row: no attempt is lost, and the last one is no failure."""
+        self.stop(self.first, self.second)
+        self.options = [*self.options, "--job-attempts", "1"]
+        self.first = self.start()
+        with self.held():
+            big = self.submit(self.first, "big 3000000")
+            for _ in range(2):  # it is tried twice
+                pid = daemon.wait_until(self.waits, "a draft that waits")[0]
+                self.observer.sql(f"SELECT pg_terminate_backend({pid})")
+                daemon.wait_until(lambda pid=pid: pid not in self.waits(), "its end")
+            info = self.finish(self.first, big)
+            self.assertEqual((info["status"], info["attempts"]), ("successful", 1), info)
+        self.assertEqual(len(self.first.request("GET", f"/jobs/{big}/results").body), 3000000)
+        self.stop(self.first)
+        self.assertEqual(self.drafts(), [])
 
     def test_a_batch_that_takes_a_while(self):
         body = "batch 80 " + 280 * "x"

@@ -4,6 +4,7 @@
 #include <pthread.h>
 #include <setjmp.h>
 #include <stdarg.h>
+#include <stdatomic.h>
 #include <stddef.h>
 #include <stdint.h>
 #include <stdlib.h>
@@ -150,6 +151,47 @@ static void test_finish(void **state) {
   assert_true(late.was_here);
 }
 
+typedef struct {
+  clerk_task task;
+  pthread_barrier_t *begun;
+  atomic_bool works;
+  bool alone;
+} long_work;
+
+static void work_long(void *self) {
+  long_work *w = self;
+  w->works = true;
+  pthread_barrier_wait(w->begun);
+  usleep(100000);
+  w->works = false;
+}
+
+static void told_of_long(void *self) {
+  (void)self;
+}
+
+static void work_beside(void *self) {
+  long_work *w = self;
+  w->alone = !w->works;
+}
+
+/* What a finished task brings is not done here while the thread is still at the next one. */
+static void test_finish_one_at_a_time(void **state) {
+  office *o = *state;
+  pthread_barrier_t begun;
+  long_work w = {.task = {work_long, told_of_long, &w, NULL}, .begun = &begun};
+  chain c = {.first = errand_for(o, &c.first)};
+  pthread_barrier_init(&begun, NULL, 2);
+  c.first.task = (clerk_task){work_first, done_then_more, &c, NULL};
+  c.second = (errand){.task = {work_beside, told_of_long, &w, NULL}};
+  clerk_do(o->clerk, &c.first.task, LARGE);
+  clerk_do(o->clerk, &w.task, LARGE);
+  pthread_barrier_wait(&begun);
+  clerk_finish(o->clerk);
+  assert_true(w.alone);
+  pthread_barrier_destroy(&begun);
+}
+
 static void test_files(void **state) {
   office *o = *state;
   char folder[] = "/tmp/clerk-test-XXXXXX";
@@ -178,6 +220,7 @@ int main(void) {
       cmocka_unit_test_setup_teardown(test_large_in_order, open_office, close_office),
       cmocka_unit_test_setup_teardown(test_taken_back, open_office, close_office),
       cmocka_unit_test_setup_teardown(test_finish, open_office, close_office),
+      cmocka_unit_test_setup_teardown(test_finish_one_at_a_time, open_office, close_office),
       cmocka_unit_test_setup_teardown(test_files, open_office, close_office),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

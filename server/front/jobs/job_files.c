@@ -41,8 +41,9 @@ static void name_file(const job_row *row, job_file kind, char name[64]) {
 /* Within a transaction. */
 static store_result write_large(const job *c, job_file kind, const job_large *large) {
   store *s = c->all->store;
-  if (*large->draft != '\0') return store_adopt(s, large->draft, c->row.id, (int)kind);
-  return store_add_large(s, c->row.id, (int)kind, large->fd, large->size);
+  const char *id = c->row.id;
+  if (*large->draft == '\0') return store_add_large(s, id, (int)kind, large->fd, large->size);
+  return store_adopt(s, large->draft, id, (int)kind, large->fd, large->size);
 }
 
 static bool write_checkpoint(const job *c, const job_large *large) {
@@ -56,7 +57,7 @@ static bool write_checkpoint(const job *c, const job_large *large) {
 }
 
 static void clear_large(const job *c, job_large *large) {
-  if (large->fd > 0) close(large->fd);
+  if (large->fd > 0) clerk_close(c->all->clerk, large->fd);
   if (*large->draft != '\0') store_drop_draft(c->all->store, large->draft); /* if it still is one */
   *large = (job_large){0};
 }
@@ -72,9 +73,9 @@ static bool keep_shared(job *c, job_file kind, int fd, size_t size) {
   return true;
 }
 
-/* Like keep_shared, of what is a draft by now. */
-static bool keep_draft(job *c, const job_filing *f) {
-  job_large large = {.size = f->size};
+/* Like keep_shared, of what is a draft by now; it takes the descriptor with it. */
+static bool keep_draft(job *c, job_filing *f) {
+  job_large large = {.fd = f->fd, .size = f->size};
   memcpy(large.draft, f->name, sizeof large.draft);
   if (f->kind == JOB_CHECKPOINT) {
     const bool good = write_checkpoint(c, &large);
@@ -83,6 +84,7 @@ static bool keep_draft(job *c, const job_filing *f) {
   }
   clear_large(c, &c->large[f->kind]);
   c->large[f->kind] = large;
+  f->fd = -1;
   return true;
 }
 
@@ -129,7 +131,7 @@ static bool has_room(job *c, int64_t size) {
 /* In the thread. */
 static void write_file(void *self) {
   job_filing *f = self;
-  f->error = f->is_draft ? store_write_draft(f->all->store, f->name, &f->fd, f->size)
+  f->error = f->is_draft ? store_write_draft(f->all->store, f->name, f->fd, f->size)
                          : keep_taken(f->at, f->name, &f->fd, f->size);
 }
 
@@ -148,11 +150,16 @@ static void free_filing(job_filing *f) {
   free(f);
 }
 
+/* A result whose draft could not be written, for a reason that passes, is written with its row. */
+static bool can_wait(const job_filing *f) {
+  return f->is_draft && f->kind == JOB_RESULT && store_result_of(f->error) == STORE_DOWN;
+}
+
 static void written(void *self) {
   job_filing *f = self;
   job *c = f->job;
   job_kept *kept = f->kept;
-  int error = f->error;
+  int error = can_wait(f) ? 0 : f->error;
   if (c == NULL || error != 0) drop_written(f);
   if (c != NULL) c->filing[f->kind] = NULL;
   if (c != NULL && error == 0 && f->is_draft && !keep_draft(c, f)) error = errno;

@@ -119,8 +119,9 @@ static void date(data_filing *f) {
 /* As the bytes of the row. */
 static store_result take_over(const data_filing *f) {
   store *s = f->all->store;
-  if (*f->draft != '\0') return store_adopt(s, f->draft, f->row.id, 0);
-  return store_add_large(s, f->row.id, 0, f->fd, (size_t)f->row.size);
+  const size_t size = (size_t)f->row.size;
+  if (*f->draft != '\0') return store_adopt(s, f->draft, f->row.id, 0, f->fd, size);
+  return store_add_large(s, f->row.id, 0, f->fd, size);
 }
 
 /* Row and bytes in one transaction, which the loop waits for. */
@@ -158,7 +159,7 @@ static data_result add_row(data_filing *f) {
 static void write_file(void *self) {
   data_filing *f = self;
   const size_t size = (size_t)f->row.size;
-  f->error = *f->draft != '\0' ? store_write_draft(f->all->store, f->draft, &f->fd, size)
+  f->error = *f->draft != '\0' ? store_write_draft(f->all->store, f->draft, f->fd, size)
                                : keep_taken(f->folder, f->row.id, &f->fd, size);
 }
 

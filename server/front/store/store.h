@@ -167,13 +167,15 @@ enum { STORE_DRAFT = 64 };
 void store_name_draft(store *s, char draft[STORE_DRAFT]);
 
 /* Writes it, durably, over a connection that is used for nothing else and made when it is first
- * needed; *fd is closed, and -1 then. The only function of a store that a second thread may call,
- * one call at a time. 0 or an errno; then it may be there all the same. */
-int store_write_draft(store *s, const char *draft, int *fd, size_t size);
+ * needed. The only function of a store that a second thread may call, one call at a time. 0 or an
+ * errno; then it may be there all the same. */
+int store_write_draft(store *s, const char *draft, int fd, size_t size);
 
-/* Makes it the bytes of `owner`, in place of what was there; no transaction of its own. STORE_DOWN
- * if it has gone. Cost: none of its bytes is touched. */
-store_result store_adopt(store *s, const char *draft, const char *owner, int which);
+/* Makes it the bytes of `owner`, in place of what was there; no transaction of its own. Cost: none
+ * of its bytes is touched. If it has gone (this daemon was taken for dead, or its database was
+ * replaced by a copy), the same as store_add_large. */
+store_result store_adopt(store *s, const char *draft, const char *owner, int which, int fd,
+                         size_t size);
 
 /* Forgets it, if it is there. */
 void store_drop_draft(store *s, const char *draft);

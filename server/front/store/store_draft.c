@@ -5,7 +5,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 #include "log.h"
 #include "loop.h"
@@ -66,22 +65,21 @@ void store_name_draft(store *s, char draft[STORE_DRAFT]) {
 }
 
 /* Twice, as the connection may have broken since it was last used. */
-int store_write_draft(store *s, const char *draft, int *fd, size_t size) {
-  store_result result = write_over(s->writer, draft, *fd, size);
-  if (result == STORE_DOWN) result = write_over(s->writer, draft, *fd, size);
-  if (*fd >= 0) close(*fd);
-  *fd = -1;
+int store_write_draft(store *s, const char *draft, int fd, size_t size) {
+  store_result result = write_over(s->writer, draft, fd, size);
+  if (result == STORE_DOWN) result = write_over(s->writer, draft, fd, size);
   return store_errno(result);
 }
 
-store_result store_adopt(store *s, const char *draft, const char *owner, int which) {
+store_result store_adopt(store *s, const char *draft, const char *owner, int which, int fd,
+                         size_t size) {
   store_result result = store_drop_large(s, owner, which, which);
   if (result != STORE_OK) return result;
   sql_text(s, ADOPT_LARGE, ":draft", draft);
   sql_text(s, ADOPT_LARGE, ":owner", owner);
   sql_long(s, ADOPT_LARGE, ":kind", which);
   result = sql_change(s, ADOPT_LARGE);
-  return result == STORE_NONE ? STORE_DOWN : result;
+  return result == STORE_NONE ? store_add_large(s, owner, which, fd, size) : result;
 }
 
 void store_drop_draft(store *s, const char *draft) {
