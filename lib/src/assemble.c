@@ -90,13 +90,13 @@ static sct_status unit_normal(const double *normal, int dim, int64_t i, double *
   double largest = 0, scaled[SCT_DIM_MAX];
   int exponent;
   for (int a = 0; a < dim; a++) largest = fmax(largest, fabs(normal[a]));
-  if (!(largest > 0 && isfinite(largest))) {
-    return sct_fail(err, SCT_E_ARGUMENT, i,
-                    "has a condition on its normal derivative and no normal");
-  }
   (void)frexp(largest, &exponent);
   for (int a = 0; a < dim; a++) scaled[a] = ldexp(normal[a], -exponent);
   const double length = sct_length(scaled, dim);
+  if (!(length > 0 && isfinite(length))) { /* nor of one that is no number anywhere */
+    return sct_fail(err, SCT_E_ARGUMENT, i,
+                    "has a condition on its normal derivative and no normal");
+  }
   for (int a = 0; a < dim; a++) unit[a] = scaled[a] / length;
   return SCT_OK;
 }

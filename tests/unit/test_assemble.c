@@ -183,6 +183,12 @@ static void what_cannot_be_assembled_is_refused(void **state) {
   memset(p.normal, 0, 81 * 2 * sizeof *p.normal);
   assert_int_equal(build(&p, &s, &err), SCT_E_ARGUMENT);
   assert_int_equal(err.point, 3);
+  p.normal[6] = 1;
+  p.normal[7] = NAN;
+  assert_int_equal(build(&p, &s, &err), SCT_E_ARGUMENT);
+  p.normal[7] = INFINITY;
+  assert_int_equal(build(&p, &s, &err), SCT_E_ARGUMENT);
+  assert_null(s);
   problem_clear(&p);
 }
 
