@@ -88,10 +88,9 @@ static sct_status equation_row(assembly *job, int64_t i, sct_room *room, sct_err
 static sct_status unit_normal(const double *normal, int dim, int64_t i, double *unit,
                               sct_error *err) {
   double largest = 0, scaled[SCT_DIM_MAX];
-  int exponent;
   for (int a = 0; a < dim; a++) largest = fmax(largest, fabs(normal[a]));
-  (void)frexp(largest, &exponent);
-  for (int a = 0; a < dim; a++) scaled[a] = ldexp(normal[a], -exponent);
+  const double scale = sct_scale_of(largest);
+  for (int a = 0; a < dim; a++) scaled[a] = scale * normal[a];
   const double length = sct_length(scaled, dim);
   if (!(length > 0 && isfinite(length))) { /* nor of one that is no number anywhere */
     return sct_fail(err, SCT_E_ARGUMENT, i,

@@ -113,14 +113,6 @@ sct_range sct_range_of(const double *value, int64_t n, int64_t stride, const uin
   return range;
 }
 
-/* A power of two that takes `largest` to about 1, so that squares can be summed: exact. */
-static double scale_of(double largest) {
-  int exponent;
-  if (!(largest > 0 && isfinite(largest))) return 1;
-  (void)frexp(largest, &exponent);
-  return ldexp(1, exponent < -1000 ? 1000 : -exponent);
-}
-
 /* |e| at point i. */
 static double distance_of(const double *value, const double *exact, int64_t i, int components) {
   double e[SCT_DIM_MAX];
@@ -158,8 +150,8 @@ sct_norms sct_norms_of(const double *value, const double *exact, int64_t n, int 
     sum += size;
   }
   norms.l1 = sum / (double)norms.points;
-  mean_squares(value, exact, n, components, mask, scale_of(norms.linf), scale_of(exact_linf),
-               &norms);
+  mean_squares(value, exact, n, components, mask, sct_scale_of(norms.linf),
+               sct_scale_of(exact_linf), &norms);
   if (norms.points == 0) norms.linf = NAN;
   return norms;
 }

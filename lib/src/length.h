@@ -1,4 +1,4 @@
-/* length.h - Euclidean length of a short vector, whatever its size. */
+/* length.h - lengths and sums of squares, whatever the size of the numbers. */
 #ifndef SCATTER_LENGTH_H
 #define SCATTER_LENGTH_H
 
@@ -13,6 +13,15 @@ static inline double sct_length(const double *v, int n) {
   if (most == 0 || isinf(most)) return most;
   for (int a = 0; a < n; a++) part += (v[a] / most) * (v[a] / most);
   return most * sqrt(part);
+}
+
+/* A power of two that takes `largest` to about 1, so that squares can be summed: exact. 1 for what
+ * no number does that to. */
+static inline double sct_scale_of(double largest) {
+  int exponent;
+  if (!(largest > 0 && isfinite(largest))) return 1;
+  (void)frexp(largest, &exponent);
+  return ldexp(1, exponent < -1000 ? 1000 : -exponent);
 }
 
 #endif

@@ -282,9 +282,7 @@ static store_result write_dismissed(store *s, const job_row *row) {
   if (result == STORE_OK) result = store_update(s, row, "", NULL, 0);
   if (result == STORE_OK) result = store_drop_small(s, row->number, -1);
   if (result == STORE_OK) result = store_log(s, row->number, row->updated, "dismissed");
-  if (result == STORE_OK) result = store_commit(s);
-  if (result != STORE_OK) store_rollback(s);
-  return result;
+  return store_end(s, result);
 }
 
 /* One that is over: only its row is left to change, and its files. On a full disk these go first.

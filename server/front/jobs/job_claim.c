@@ -102,9 +102,7 @@ static store_result write_dismissed(store *s, const job_row *row, const char *he
   if (result == STORE_OK) result = store_drop_large(s, row->id, 0, JOB_FILES);
   if (result == STORE_OK) result = store_log(s, row->number, row->updated, "dismissed");
   if (result == STORE_OK) result = store_tell(s, is_batch ? "*" : row->id);
-  if (result == STORE_OK) result = store_commit(s);
-  if (result != STORE_OK) store_rollback(s);
-  return result;
+  return store_end(s, result);
 }
 
 /* It is written whoever has it, who then loses it; only what changed hands meanwhile is read again.

@@ -50,8 +50,7 @@ static bool write_checkpoint(const job *c, const job_large *large) {
   store *s = c->all->store;
   store_result result = store_begin(s);
   if (result == STORE_OK) result = write_large(c, JOB_CHECKPOINT, large);
-  if (result == STORE_OK) result = store_commit(s);
-  if (result != STORE_OK) store_rollback(s);
+  result = store_end(s, result);
   errno = store_errno(result);
   return result == STORE_OK;
 }
@@ -297,7 +296,7 @@ store_result job_files_write(job *c) {
     if (over && k != (int)JOB_RESULT) continue;
     if (small->bytes != NULL) {
       result = store_add_small(s, c->row.number, k, small->bytes, small->size);
-    } else if (large->fd > 0 || *large->draft != '\0') {
+    } else if (large->fd > 0) {
       result = write_large(c, (job_file)k, large);
     }
   }

@@ -129,9 +129,7 @@ static store_result remove_rows(store *s, const expired *e) {
   for (int k = 0; k < e->count && result == STORE_OK; k++) {
     result = store_remove(s, e->row[k].number);
   }
-  if (result == STORE_OK) result = store_commit(s);
-  if (result != STORE_OK) store_rollback(s);
-  return result;
+  return store_end(s, result);
 }
 
 /* Files first: the rows know those of parts. */

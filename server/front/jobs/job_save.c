@@ -148,9 +148,8 @@ static store_result write_all(store *s, job *first) {
   if (result == STORE_OK && first->all->shared != NULL) {
     result = job_shared_tell(first->all->shared, first);
   }
-  if (result == STORE_OK) result = store_commit(s);
+  result = store_end(s, result);
   if (result == STORE_OK) return result;
-  store_rollback(s);
   for (job *c = first; c != NULL; c = c->next_changed) unnumber(c);
   return result;
 }

@@ -16,9 +16,7 @@ static store_result forget_shared(data_store *d, const char *id, double most) {
   store_result result = store_begin(d->store);
   if (result == STORE_OK) result = store_data_remove(d->store, id, most);
   if (result == STORE_OK) result = store_drop_large(d->store, id, 0, 0);
-  if (result == STORE_OK) result = store_commit(d->store);
-  if (result != STORE_OK) store_rollback(d->store);
-  return result;
+  return store_end(d->store, result);
 }
 
 /* Forgets an object that expires at `most`. */

@@ -131,9 +131,7 @@ static data_result add_shared(data_filing *f) {
   store_result result = store_begin(s);
   if (result == STORE_OK) result = store_data_add(s, &f->row);
   if (result == STORE_OK) result = take_over(f);
-  if (result == STORE_OK) result = store_commit(s);
-  if (result != STORE_OK) store_rollback(s);
-  return result_of(result);
+  return result_of(store_end(s, result));
 }
 
 static data_result add_draft(data_filing *f) {

@@ -127,6 +127,12 @@ void store_rollback(store *s) {
   if (sql_is_open(s)) (void)sql_run(s, ROLLBACK); /* some failures do so themselves */
 }
 
+store_result store_end(store *s, store_result result) {
+  if (result == STORE_OK) result = store_commit(s);
+  if (result != STORE_OK) store_rollback(s);
+  return result;
+}
+
 /* ---- Jobs ---- */
 
 static const char *const uris[] = {":success", ":running", ":failed"};
@@ -268,9 +274,7 @@ store_result store_shift(store *s, double by) {
     sql_real(s, shifts[k], ":by", by);
     result = sql_run(s, shifts[k]);
   }
-  if (result == STORE_OK) result = store_commit(s);
-  if (result != STORE_OK) store_rollback(s);
-  return result;
+  return store_end(s, result);
 }
 
 int64_t store_job_bytes(store *s, const char *owner) {

@@ -46,6 +46,10 @@ store_result store_begin(store *s);
 store_result store_commit(store *s);
 void store_rollback(store *s);
 
+/* The end of a transaction of which this has come: committed if it is STORE_OK, and undone unless
+ * that is then, too. What came of it all. */
+store_result store_end(store *s, store_result result);
+
 /* Directory descriptor of the files of jobs. */
 int store_files(const store *s);
 

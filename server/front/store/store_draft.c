@@ -49,9 +49,7 @@ static store_result write_over(store *w, const char *draft, int fd, size_t size)
   if (!is_there(w)) return STORE_DOWN;
   store_result result = store_begin(w);
   if (result == STORE_OK) result = store_add_large(w, draft, DRAFT, fd, size);
-  if (result == STORE_OK) result = store_commit(w);
-  if (result != STORE_OK) store_rollback(w);
-  return result;
+  return store_end(w, result);
 }
 
 /* ---- Drafts ---- */
