@@ -117,13 +117,18 @@ bool outbound_allows(const char *hosts, const char *url) {
   return false;
 }
 
-/* ---- Sockets and time in our loop ---- */
+/* ---- The end of a call ---- */
+
+static void drop_easy(outbound_call *c) {
+  if (c->easy != NULL) curl_multi_remove_handle(c->owner->multi, c->easy);
+  curl_easy_cleanup(c->easy);
+  c->easy = NULL;
+}
 
 static void free_call(outbound_call *c) {
   if (c->next != NULL) c->next->at = c->at;
   *c->at = c->next;
-  if (c->easy != NULL) curl_multi_remove_handle(c->owner->multi, c->easy);
-  curl_easy_cleanup(c->easy);
+  drop_easy(c);
   curl_slist_free_all(c->fields);
   if (c->fd >= 0) close(c->fd);
   free(c);
@@ -150,25 +155,56 @@ static void reply_of(outbound_call *c, CURLcode code, outbound_reply *reply) {
   c->fd = -1;
 }
 
+/* What it tells may begin and cancel others. */
+static void end_call(outbound_call *c, CURLcode code) {
+  outbound_reply reply;
+  void (*done)(void *, const outbound_reply *) = c->done;
+  void *context = c->context;
+  reply_of(c, code, &reply);
+  free_call(c);
+  done(context, &reply);
+}
+
 static void end_calls(outbound *o) {
   int left;
-  outbound_reply reply;
   for (CURLMsg *m; (m = curl_multi_info_read(o->multi, &left)) != NULL;) {
     outbound_call *c = NULL;
     if (m->msg != CURLMSG_DONE) continue;
     curl_easy_getinfo(m->easy_handle, CURLINFO_PRIVATE, (char **)&c);
-    reply_of(c, m->data.result, &reply);
-    void (*done)(void *, const outbound_reply *) = c->done;
-    void *context = c->context;
-    free_call(c);
-    done(context, &reply);
+    end_call(c, m->data.result);
   }
 }
 
+static void close_multi(outbound *o) {
+  if (o->multi == NULL) return;
+  curl_multi_cleanup(o->multi);
+  curl_global_cleanup();
+  o->multi = NULL;
+}
+
+static outbound_call *dropped(const outbound *o) {
+  outbound_call *c = o->first;
+  while (c != NULL && c->easy != NULL) c = c->next;
+  return c;
+}
+
+/* libcurl could not tell us what to wait for (it had no memory, or we had none): it would never
+ * look at its calls again, and let none begin while they are there. They fail; the next that
+ * begins, even while these are told, has a new handle. */
+static void give_up(outbound *o) {
+  for (outbound_call *c = o->first; c != NULL; c = c->next) drop_easy(c);
+  close_multi(o);
+  o->due = INFINITY;
+  for (outbound_call *c; (c = dropped(o)) != NULL;) end_call(c, CURLE_OUT_OF_MEMORY);
+}
+
+/* ---- Sockets and time in our loop ---- */
+
 static void act(outbound *o, curl_socket_t fd, int what) {
   int running;
-  curl_multi_socket_action(o->multi, fd, what, &running);
+  const CURLMcode code = curl_multi_socket_action(o->multi, fd, what, &running);
   end_calls(o);
+  if (code != CURLM_OK) give_up(o);
 }
 
 static void on_ready(void *self, uint32_t events) {
@@ -225,8 +261,12 @@ outbound *outbound_new(loop *l) {
 /* A daemon that calls nobody needs none of it. */
 static bool open_multi(outbound *o) {
   if (o->multi != NULL) return true;
-  if (curl_global_init(CURL_GLOBAL_DEFAULT) == CURLE_OK) o->multi = curl_multi_init();
-  if (o->multi == NULL) return false;
+  if (curl_global_init(CURL_GLOBAL_DEFAULT) != CURLE_OK) return false;
+  o->multi = curl_multi_init();
+  if (o->multi == NULL) {
+    curl_global_cleanup();
+    return false;
+  }
   curl_multi_setopt(o->multi, CURLMOPT_SOCKETFUNCTION, on_socket);
   curl_multi_setopt(o->multi, CURLMOPT_SOCKETDATA, o);
   curl_multi_setopt(o->multi, CURLMOPT_TIMERFUNCTION, on_timer);
@@ -240,10 +280,7 @@ void outbound_free(outbound **o) {
     next = c->next;
     free_call(c);
   }
-  if ((*o)->multi != NULL) {
-    curl_multi_cleanup((*o)->multi);
-    curl_global_cleanup();
-  }
+  close_multi(*o);
   free(*o);
   *o = NULL;
 }

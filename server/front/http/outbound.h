@@ -3,7 +3,7 @@
  *
  * http and https, no redirects, no proxy, no credentials or cookies of anybody; certificates are
  * checked. Which hosts may be asked at all is the caller's to know (outbound_allows). Test:
- * unit.outbound, http.callbacks.
+ * unit.outbound, fault.outbound (each allocation fails), http.callbacks.
  */
 #ifndef SCATTERD_OUTBOUND_H
 #define SCATTERD_OUTBOUND_H
@@ -44,7 +44,8 @@ typedef struct {
   int64_t size;
 } outbound_reply;
 
-/* Begins a call; `done` is called once, later, from the loop. NULL when out of memory. */
+/* Begins a call; `done` is called once, later, from the loop. NULL when out of memory. When it runs
+ * out later, all calls under way may fail. */
 outbound_call *outbound_start(outbound *o, const outbound_request *r,
                               void (*done)(void *context, const outbound_reply *reply),
                               void *context);
