@@ -27,7 +27,7 @@ typedef struct {
   outbound *outbound;
   pid_t server;
   char url[64];
-  int waiting, answered;
+  int waiting, answered, scarce;
 } bench;
 
 /* ---- Who is called: a process of its own, whose memory does not run out ---- */
@@ -75,6 +75,7 @@ static void done(void *context, const outbound_reply *reply) {
   bench *b = context;
   assert_true(reply->status == 200 || (reply->status == 0 && *reply->why != '\0'));
   b->answered += reply->status == 200 && reply->size == 5;
+  b->scarce += reply->scarce;
   if (reply->fd >= 0) close(reply->fd);
   if (--b->waiting == 0) loop_stop(b->loop);
 }
@@ -93,16 +94,20 @@ static int answered(bench *b) {
 static void fail_each(bench *b, bool lasting) {
   int64_t granted = 0;
   int less = 0;
+  b->scarce = 0;
   for (bool failed = true; failed; granted++) {
     scarce_after(granted, lasting);
     const int now = answered(b);
     failed = scarce_end();
     if (!failed) assert_int_equal(now, CALLS);
     less += now < CALLS;
+    const int scarce = b->scarce;
     assert_int_equal(answered(b), CALLS); /* with memory again */
+    assert_int_equal(b->scarce, scarce);
   }
   assert_true(granted > 100); /* libcurl's own count */
   assert_true(less > 10);
+  assert_true(b->scarce > 10); /* not all: libcurl takes some for a connection that cannot be had */
 }
 
 static void test_one(void **state) {

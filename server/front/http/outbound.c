@@ -30,6 +30,7 @@ struct outbound_call {
   bool public_only;
   int64_t most, size;
   int fd;                      /* what came */
+  bool scarce;                 /* no room to keep it, or no descriptor */
   char error[CURL_ERROR_SIZE]; /* what libcurl says; it overwrites it */
   char why[200];               /* what we say, "" if it was not us */
   char coding[32];
@@ -87,7 +88,9 @@ static curl_socket_t open_socket(void *self, curlsocktype purpose, struct curl_s
     snprintf(c->why, sizeof c->why, "its address is not a public one");
     return CURL_SOCKET_BAD;
   }
-  return socket(a->family, a->socktype | SOCK_CLOEXEC, a->protocol);
+  const int fd = socket(a->family, a->socktype | SOCK_CLOEXEC, a->protocol);
+  c->scarce = fd < 0 && errno != EAFNOSUPPORT;
+  return fd;
 }
 
 /* Host and port of an http or https URL; length 0 if it is none. */
@@ -139,6 +142,7 @@ static void reply_of(outbound_call *c, CURLcode code, outbound_reply *reply) {
   long status = 0;
   *reply = (outbound_reply){.fd = -1};
   if (code != CURLE_OK) {
+    reply->scarce = c->scarce || code == CURLE_OUT_OF_MEMORY;
     snprintf(reply->why, sizeof reply->why, "%.199s",
              *c->why != '\0'     ? c->why
              : *c->error != '\0' ? c->error
@@ -182,9 +186,13 @@ static void close_multi(outbound *o) {
   o->multi = NULL;
 }
 
-static outbound_call *dropped(const outbound *o) {
-  outbound_call *c = o->first;
-  while (c != NULL && c->easy != NULL) c = c->next;
+/* The first of a list, which is in none then. */
+static outbound_call *take_first(outbound_call **list) {
+  outbound_call *c = *list;
+  *list = c->next;
+  if (c->next != NULL) c->next->at = list;
+  c->next = NULL;
+  c->at = &c->next;
   return c;
 }
 
@@ -192,10 +200,13 @@ static outbound_call *dropped(const outbound *o) {
  * look at its calls again, and let none begin while they are there. They fail; the next that
  * begins, even while these are told, has a new handle. */
 static void give_up(outbound *o) {
-  for (outbound_call *c = o->first; c != NULL; c = c->next) drop_easy(c);
+  outbound_call *lost = o->first;
+  for (outbound_call *c = lost; c != NULL; c = c->next) drop_easy(c);
   close_multi(o);
   o->due = INFINITY;
-  for (outbound_call *c; (c = dropped(o)) != NULL;) end_call(c, CURLE_OUT_OF_MEMORY);
+  o->first = NULL;
+  if (lost != NULL) lost->at = &lost;
+  while (lost != NULL) end_call(take_first(&lost), CURLE_OUT_OF_MEMORY);
 }
 
 /* ---- Sockets and time in our loop ---- */
@@ -297,6 +308,7 @@ static size_t take_bytes(char *bytes, size_t one, size_t size, void *self) {
   if (c->fd < 0) c->fd = memory_file("fetched");
   const ssize_t written = c->fd >= 0 ? write(c->fd, bytes, size) : -1;
   c->size += written > 0 ? written : 0;
+  c->scarce = written != (ssize_t)size;
   return written == (ssize_t)size ? size : CURL_WRITEFUNC_ERROR;
 }
 

@@ -38,6 +38,7 @@ typedef struct {
 typedef struct {
   int status;      /* HTTP status; 0: there is none */
   char why[200];   /* status 0: the reason */
+  bool scarce;     /* status 0: we lack memory or descriptors; nobody else is to blame */
   char type[128];  /* Content-Type, "" without */
   char coding[32]; /* Content-Encoding, "" without */
   int fd;          /* the bytes, the receiver's to close; -1 if there are none */

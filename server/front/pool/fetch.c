@@ -165,7 +165,7 @@ static void give_reply(fetches *f, pool_task *t, const outbound_reply *reply) {
   const char *type = *reply->type != '\0' ? reply->type : media_type(MEDIA_OCTETS);
   const char *how = *reply->coding != '\0' ? reply->coding : NULL;
   if (reply->status == 0) {
-    refuse(f, t, 502, "cannot be fetched: %s", reply->why);
+    refuse(f, t, reply->scarce ? 503 : 502, "cannot be fetched: %s", reply->why);
   } else if (reply->status != 200) {
     refuse(f, t, 502, "was answered with status %d, needs 200", reply->status);
   } else if (!media_of_body(type, &given.media) || !coding_of_body(how, &given.coding)) {
