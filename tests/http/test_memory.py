@@ -295,7 +295,8 @@ def by_reference(client):
 
 
 PARTS = [solve, job, large_job, waited_for, dismissal, lists, events, upload, batch, bridge, page,
-         documents, mistakes, head_and_options, metrics, tokens, chunked, kept_connection, callback, reload]
+         documents, mistakes, head_and_options, metrics, tokens, chunked,
+         kept_connection, callback, reload]
 
 
 class Case(unittest.TestCase):
@@ -414,6 +415,33 @@ class EachAllocation(Case):
         self.survive(server, [part for part in PARTS if only == [""] or part.__name__ in only])
         self.assert_sound(server)
         self.stop(server)
+
+    def dismiss_batch(self, server, n):
+        """The n-th allocation of a dismissal fails; whether there was one."""
+        reply = server.request("POST", daemon.EXECUTE, f"batch 3 sleep 600 {n}", ASYNC)
+        job = f"/jobs/{reply.json['jobID']}"
+        self.faults.fail("memory", errno.ENOMEM, after=n, times=1)
+        with contextlib.suppress(*CLOSED):
+            server.request("DELETE", job)
+        hits = self.faults.hits("memory")
+        self.faults.clear()
+        server.request("DELETE", job)
+        daemon.wait_until(lambda: server.request("GET", job).json["status"] == "dismissed",
+                          "it to be stored")
+        parts = server.request("GET", "/jobs?parent=" + job[6:]).json["jobs"]
+        self.assertEqual([part["status"] for part in parts], 3 * ["dismissed"])
+        return hits > 0
+
+    def test_dismissal_of_a_batch(self):
+        """Whatever cannot be looked up, its parts go with it."""
+        server = self.start()
+        server.wait_ready()
+        self.dismiss_batch(server, 10**9)  # what is made once
+        tried = sum(1 for _ in itertools.takewhile(lambda n: self.dismiss_batch(server, n),
+                                                   itertools.count()))
+        self.assert_idle(server)
+        self.stop(server)
+        print(f"dismissal of a batch: {tried} allocations", flush=True)
 
     def test_by_reference(self):
         """With the real worker."""

@@ -342,6 +342,7 @@ static bool set_up(outbound_call *c, const outbound_request *r) {
   curl_easy_setopt(e, CURLOPT_FRESH_CONNECT, 1L); /* each address is looked at */
   curl_easy_setopt(e, CURLOPT_FORBID_REUSE, 1L);
   curl_easy_setopt(e, CURLOPT_NOSIGNAL, 1L);
+  curl_easy_setopt(e, CURLOPT_QUICK_EXIT, 1L); /* the end does not wait for the resolver's thread */
   curl_easy_setopt(e, CURLOPT_TIMEOUT_MS, (long)(1e3 * r->seconds));
   curl_easy_setopt(e, CURLOPT_USERAGENT, "scatterd");
   curl_easy_setopt(e, CURLOPT_HTTPHEADER, c->fields);

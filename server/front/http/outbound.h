@@ -2,7 +2,8 @@
  * libcurl.
  *
  * http and https, no redirects, no proxy, no credentials or cookies of anybody; certificates are
- * checked. Which hosts may be asked at all is the caller's to know (outbound_allows). Test:
+ * checked. Names are looked up in threads of libcurl's, for which nothing waits once their call has
+ * ended. Which hosts may be asked at all is the caller's to know (outbound_allows). Test:
  * unit.outbound, fault.outbound (each allocation fails), http.callbacks.
  */
 #ifndef SCATTERD_OUTBOUND_H

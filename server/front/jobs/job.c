@@ -268,13 +268,14 @@ void jobs_on_change(jobs *j, void (*changed)(void *self), void *self) {
 
 /* ---- Dismissing ---- */
 
-static bool dismiss_part(void *context, const job_row *row) {
-  job *part = job_find(context, row->id);
-  if (part == NULL || job_state_is_final((job_state)part->row.state)) return true;
+/* One that is not over is in memory. The batch may be gone first. */
+static void dismiss_part(const void *node, VISIT when, void *batch) {
+  job *part = *(job *const *)node;
+  if ((when != postorder && when != leaf) || part->batch != batch) return;
+  part->batch = NULL;
+  if (job_state_is_final((job_state)part->row.state)) return;
   job_stop(part);
-  part->batch = NULL; /* which may be gone first */
   job_become(part, JOB_DISMISSED, "dismissed with its batch");
-  return true;
 }
 
 static store_result write_dismissed(store *s, const job_row *row) {
@@ -298,15 +299,7 @@ static store_result dismiss_stored(jobs *j, const job_row *row, job_view *view) 
 }
 
 static void dismiss_active(job *c) {
-  jobs *j = c->all;
-  if (c->row.parts > 0) {
-    store_filter parts = {.states = ~0u,
-                          .created_most = INFINITY,
-                          .has_parent = true,
-                          .parent = c->row.number,
-                          .limit = INT64_MAX};
-    (void)store_list(j->store, &parts, dismiss_part, j);
-  }
+  if (c->row.parts > 0) twalk_r(c->all->by_id, dismiss_part, c);
   job_stop(c);
   job_become(c, JOB_DISMISSED, "dismissed");
 }

@@ -267,13 +267,15 @@ int job_files_open(jobs *j, const job_row *row, job_file kind) {
     name_file(row, kind, name);
     return keep_open(store_files(j->store), name);
   }
-  const int fd = memory_file(kinds[kind]);
-  if (fd >= 0 && write(fd, bytes, size) != (ssize_t)size) {
-    close(fd);
-    free(bytes);
-    return -1;
-  }
+  int fd = memory_file(kinds[kind]);
+  const ssize_t written = fd >= 0 ? write(fd, bytes, size) : -1;
+  const int error = written < 0 ? errno : ENOMEM; /* there was room for a part of it */
   free(bytes);
+  if (fd >= 0 && written != (ssize_t)size) {
+    close(fd);
+    fd = -1;
+  }
+  errno = error;
   return fd;
 }
 

@@ -329,9 +329,9 @@ static bool tend(job_shared *h) {
   if (!store_tend(s)) return false;
   const int fd = store_descriptor(s, &generation);
   if (generation == h->generation) return true;
-  h->generation = generation;
   h->tick = h->beat = 0;
-  return loop_watch(h->all->loop, fd, EPOLLIN, &h->source);
+  if (loop_watch(h->all->loop, fd, EPOLLIN, &h->source)) h->generation = generation;
+  return true; /* unwatched it is heard with each tick, and watched with a later one */
 }
 
 double job_shared_due(const job_shared *h) {
