@@ -691,6 +691,25 @@ class Losses(Case):
         self.check(clients, self.second)
         self.stop(self.first, self.second)
 
+    def test_first_results_while_the_database_is_away(self):
+        """A daemon that has kept nothing yet cannot count then what there is: that costs no result."""
+        jobs = [self.submit(self.first, f"sleep 600 #{k}") for k in range(2)]
+        self.wait_both_at_work()
+        server.sql("CREATE TABLE waits_for_the_disk()", self.name)  # and all before it
+        self.addCleanup(lambda: server.process.poll() is None or server.start())
+        server.kill()
+        daemon.wait_until(lambda: self.second.request("GET", "/readyz").status == 503,
+                          "the loss to be seen")
+        with self.waking():
+            self.second.wait_for_log("job .* cannot be stored")
+        server.start()
+        for at in (self.first, self.second):
+            at.wait_ready()
+        with self.waking():
+            for job in jobs:
+                self.assertEqual(self.finish(self.first, job)["status"], "successful")
+        self.stop(self.first, self.second)
+
     def test_the_database_is_killed(self):
         self.addCleanup(lambda: server.process.poll() is None or server.start())
         self.away(server.kill, server.start)

@@ -260,12 +260,17 @@ def kept_connection(client):
 
 
 def callback(client):
-    """Who subscribed is called, if not now then when there is memory again."""
+    """Who subscribed is called, if not now then when there is memory again; unless the job failed,
+    of which account() wants the reason."""
     path = f"/{next(count)}"
-    client.submit("submit", f"call http://{test_callbacks.RECEIVER.host}{path}")
+    job = client.submit("submit", f"call http://{test_callbacks.RECEIVER.host}{path}")
     time.sleep(0.05)
     client.server.faults.clear()
-    daemon.wait_until(lambda: test_callbacks.RECEIVER.at(path), "a call")
+
+    def is_over():
+        called = test_callbacks.RECEIVER.at(path)
+        return called or client.ask("poll", "GET", f"/jobs/{job}").json["status"] == "failed"
+    daemon.wait_until(is_over, "a call")
 
 
 def reload(client):

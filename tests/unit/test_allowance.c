@@ -1,4 +1,5 @@
 /* allowance.h: never more than the quota, and counted seldom. */
+#include <errno.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -51,8 +52,26 @@ static void test_nothing_at_all(void **state) {
   assert_false(allowance_take(&a, 1, 0, 5, &counter));
 }
 
+/* Unknown, or full as far as one knows. */
+static void test_why(void **state) {
+  truth t = {.bytes = -1};
+  const allowance_counter counter = {count, &t, "me"};
+  allowance a = {0};
+  (void)state;
+  assert_false(allowance_take(&a, 0, 100, 10, &counter));
+  assert_int_equal(errno, EHOSTDOWN);
+  t.bytes = 60;
+  assert_false(allowance_take(&a, 50, 100, 10, &counter));
+  assert_int_equal(errno, EDQUOT);
+  t.bytes = -1;
+  assert_false(allowance_take(&a, 50, 100, 12, &counter));
+  assert_int_equal(errno, EDQUOT);
+  assert_true(allowance_take(&a, 40, 100, 12, &counter));
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {cmocka_unit_test(test_all),
-                                     cmocka_unit_test(test_nothing_at_all)};
+                                     cmocka_unit_test(test_nothing_at_all),
+                                     cmocka_unit_test(test_why)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

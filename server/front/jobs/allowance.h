@@ -21,7 +21,8 @@ typedef struct {
   const char *owner;
 } allowance_counter;
 
-/* Are there `size` bytes left of `most`? Then they are taken. Counts at most once a second. */
+/* Are there `size` bytes left of `most`? Then they are taken; else errno is EDQUOT, or EHOSTDOWN
+ * when that cannot be known now. Counts at most once a second. */
 bool allowance_take(allowance *a, int64_t size, int64_t most, double now,
                     const allowance_counter *c);
 

@@ -115,7 +115,7 @@ static int64_t count(void *self, const char *owner) {
   return bytes;
 }
 
-/* Within job-bytes, and within what its submitter may have. */
+/* Within job-bytes, and within what its submitter may have; false with errno. */
 static bool has_room(job *c, int64_t size) {
   jobs *j = c->all;
   allowance_counter all = {count, j, ""}, own = {count, j, c->row.submitter};
@@ -123,6 +123,12 @@ static bool has_room(job *c, int64_t size) {
     return false;
   }
   return allowance_take(&j->bytes, size, j->set->job_bytes, loop_now(), &all);
+}
+
+/* A result is kept also where one cannot know: what a run took hours for waits for the store. */
+static bool may_keep(job *c, job_file kind, int64_t size) {
+  if (kind == JOB_CHECKPOINT || has_room(c, size)) return true;
+  return kind == JOB_RESULT && store_result_of(errno) == STORE_DOWN;
 }
 
 /* ---- Aside: files, and drafts of a shared store ---- */
@@ -223,8 +229,7 @@ void job_files_keep(job *c, job_file kind, int fd, size_t size, job_kept *kept) 
   const jobs *j = c->all;
   const bool is_aside = !is_for_row(kind, size) &&
                         (!store_is_shared(j->store) || (int64_t)size >= j->set->aside_bytes);
-  bool good = kind == JOB_CHECKPOINT || has_room(c, (int64_t)size);
-  if (!good) errno = EDQUOT;
+  bool good = may_keep(c, kind, (int64_t)size);
   if (good && is_aside && begin_aside(c, kind, fd, size, kept)) return;
   if (good) good = !is_aside && keep_in_store(c, kind, fd, size);
   const int error = good ? 0 : errno;
@@ -233,9 +238,7 @@ void job_files_keep(job *c, job_file kind, int fd, size_t size, job_kept *kept) 
 }
 
 static bool copy_within_store(job *c, int fd, size_t size) {
-  if (has_room(c, (int64_t)size)) return keep_in_store(c, JOB_RESULT, fd, size);
-  errno = EDQUOT;
-  return false;
+  return has_room(c, (int64_t)size) && keep_in_store(c, JOB_RESULT, fd, size);
 }
 
 bool job_files_copy(job *c, const job_row *from) {
