@@ -1,6 +1,8 @@
 #include "log.h"
 
+#include <poll.h>
 #include <stdarg.h>
+#include <stdatomic.h>
 #include <stdio.h>
 #include <string.h>
 #include <time.h>
@@ -111,11 +113,40 @@ void log_milliseconds(log_line *line, const char *key, double seconds) {
   add(line, " %s=%.3f", key, 1e3 * seconds);
 }
 
-void log_end(log_line *line) {
-  if (!line->wanted) return;
+/* ---- Writing ---- */
+
+static const int patience = 5000; /* (ms) with who reads it and stands still */
+static atomic_llong lost;         /* lines since then */
+
+/* Is there room for a line? That is waited for once; then lines are lost until there is. */
+static bool is_read(void) {
+  struct pollfd reader = {.fd = STDERR_FILENO, .events = POLLOUT};
+  return poll(&reader, 1, lost == 0 ? patience : 0) != 0;
+}
+
+static void write_line(log_line *line) {
   line->text[line->used++] = '\n';
   const ssize_t written = write(STDERR_FILENO, line->text, line->used);
   (void)written; /* a log that cannot be written is no reason to stop */
+}
+
+static void tell_lost(void) {
+  log_line line;
+  const long long count = atomic_exchange(&lost, 0);
+  if (count == 0) return;
+  log_begin(&line, LOG_ERROR, "log");
+  log_count(&line, "lost", count);
+  write_line(&line);
+}
+
+void log_end(log_line *line) {
+  if (!line->wanted) return;
+  if (is_read()) {
+    tell_lost();
+    write_line(line);
+  } else {
+    lost++;
+  }
 }
 
 void log_say(log_level level, const char *event, const char *format, ...) {

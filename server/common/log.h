@@ -1,7 +1,8 @@
 /* log.h - the log: one line of key=value pairs (logfmt) per event, to standard error.
  *
  * Values with blanks, quotes or control characters are quoted and escaped, so that no client can
- * forge a line. Test: unit.log.
+ * forge a line. Who reads it and stands still is waited for once, 5 s; what then has no room is
+ * lost, and counted in a line of its own as soon as there is some. Test: unit.log.
  */
 #ifndef SCATTERD_LOG_H
 #define SCATTERD_LOG_H

@@ -3,6 +3,7 @@
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
@@ -95,12 +96,44 @@ static void test_levels(void **state) {
   assert_int_equal(log_level_of("loud"), -1);
 }
 
+/* Nobody reads it: it goes on without, and says afterwards what is lost. */
+static void test_nobody_reads(void **state) {
+  enum { LINES = 2000 };
+  static char text[1 << 20];
+  int ends[2];
+  (void)state;
+  assert_int_equal(pipe(ends), 0);
+  const int saved = dup(STDERR_FILENO);
+  dup2(ends[1], STDERR_FILENO);
+  close(ends[1]);
+  alarm(100); /* else it would stand still for ever */
+  for (int k = 0; k < LINES; k++) log_say(LOG_ERROR, "x", "%0100d", k);
+  alarm(0);
+  const ssize_t first = read(ends[0], text, sizeof text - 1);
+  log_say(LOG_ERROR, "x", "after it");
+  dup2(saved, STDERR_FILENO);
+  close(saved);
+  assert_true(first > 0);
+  int lines = 0;
+  for (ssize_t k = 0; k < first; k++) lines += text[k] == '\n';
+  assert_int_equal(text[first - 1], '\n');
+  const ssize_t second = read(ends[0], text, sizeof text - 1);
+  close(ends[0]);
+  assert_true(second > 0);
+  text[second] = '\0';
+  char said[64];
+  snprintf(said, sizeof said, " event=log lost=%d\n", LINES - lines);
+  assert_non_null(strstr(text, said));
+  assert_non_null(strstr(text, "after it"));
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(test_line),
       cmocka_unit_test(test_nothing_can_be_forged),
       cmocka_unit_test(test_long_lines_are_one_line),
       cmocka_unit_test(test_levels),
+      cmocka_unit_test(test_nobody_reads),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }
