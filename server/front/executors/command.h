@@ -1,7 +1,7 @@
 /* command.h - other programs, run beside the event loop.
  *
  * Each is the head of a process group of its own, with nothing of ours open, and dies with us.
- * Test: http.executor_mpi, http.executor_slurm
+ * Test: http.executor_mpi, http.executor_slurm, http.executor_commands (stand-ins)
  */
 #ifndef SCATTERD_COMMAND_H
 #define SCATTERD_COMMAND_H
@@ -14,8 +14,8 @@
 typedef struct command command;
 
 typedef struct {
-  int code;          /* exit status; -1: ended by a signal */
-  char output[4096]; /* what it wrote, as far as that fits; "" if it went to a file */
+  int code;           /* exit status; -1: ended by a signal */
+  char output[32768]; /* what it wrote, as far as that fits; "" if it went to a file */
 } command_end;
 
 /* Starts argv[0], found along PATH; NULL with errno. What it writes goes to descriptor `output`, or

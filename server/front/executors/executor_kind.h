@@ -29,6 +29,7 @@ struct executor_run {
   int64_t id;       /* slurm: of the job; 0: not known */
   int tries;        /* slurm: submissions that failed */
   bool is_sought;   /* slurm: it may have been submitted */
+  unsigned asked;   /* slurm: the last question that named it */
 };
 
 typedef struct {
@@ -53,9 +54,10 @@ struct executor {
   int dir;
   executor_run *first;
   int count, most;
-  double next;     /* look */
-  command *asking; /* slurm: squeue */
-  bool was_deaf;   /* slurm: it did not answer, which was logged */
+  double next;             /* look */
+  command *asking;         /* slurm: squeue */
+  unsigned question, turn; /* slurm: its number; that from which on all are asked for once */
+  bool was_deaf;           /* slurm: it did not answer, which was logged */
   void (*room)(void *self);
   void *room_self;
 };

@@ -17,7 +17,7 @@
 
 static const double retry_seconds = 5; /* after a submission that failed */
 static const double lost_seconds = 10; /* for files to arrive of a job that is over, or unknown */
-enum { TRIES = 3, NAMES = 16384 };
+enum { TRIES = 3, AT_ONCE = 128, NAMES = AT_ONCE * 80 };
 
 /* ---- Submission ---- */
 
@@ -220,17 +220,19 @@ static void act_on_unknown(executor_run *r) {
   }
 }
 
-static void act_on(executor_run *r, const char *output) {
+/* What is known of it; `is_all`: there is nothing but what the output says. */
+static void act_on(executor_run *r, const char *output, bool is_all) {
   const char *at = output;
   listed l;
   while (next_line(&at, &l)) {
     if (!is_of(r, &l)) continue;
     if (r->id == 0) note_id(r, l.id);
     const int k = state_of(l.state);
+    if (k == STATES || !states[k].is_over) r->patience = INFINITY;
     if (k < STATES) states[k].act(r);
     return;
   }
-  act_on_unknown(r);
+  if (is_all) act_on_unknown(r);
 }
 
 static void on_asked(void *self, const command_end *end) {
@@ -242,23 +244,37 @@ static void on_asked(void *self, const command_end *end) {
     return;
   }
   x->was_deaf = false;
+  const bool is_all = strlen(end->output) + 1 < sizeof end->output;
   for (executor_run *r = x->first, *next; r != NULL; r = next) {
     next = r->next;
-    if (r->calls != NULL) act_on(r, end->output);
+    if (r->calls != NULL && r->asked == x->question) act_on(r, end->output, is_all);
   }
   if (x->room != NULL && executor_has_room(x)) x->room(x->room_self);
 }
 
-/* Asks for all jobs at once. */
-static void ask(executor *x) {
-  char names[NAMES] = "--name=", name[96];
-  size_t length = strlen(names);
+/* The names of some that were last asked for before question `since`; how many. */
+static int put_names(executor *x, unsigned since, char names[NAMES]) {
+  size_t length = (size_t)snprintf(names, NAMES, "--name=");
   int count = 0;
-  for (const executor_run *r = x->first; r != NULL && length + 100 < sizeof names; r = r->next) {
-    if (r->calls == NULL || r->command != NULL) continue;
+  char name[96];
+  for (executor_run *r = x->first; r != NULL && count < AT_ONCE; r = r->next) {
+    if (r->calls == NULL || r->command != NULL || r->asked >= since) continue;
     name_job(r, name, sizeof name);
-    length += (size_t)snprintf(names + length, sizeof names - length, "%s%s",
-                               count++ > 0 ? "," : "", name);
+    length +=
+        (size_t)snprintf(names + length, NAMES - length, "%s%s", count++ > 0 ? "," : "", name);
+    r->asked = x->question;
+  }
+  return count;
+}
+
+/* Asks for all jobs at once; of very many for the next ones, and for all before the first again. */
+static void ask(executor *x) {
+  char names[NAMES];
+  x->question++;
+  int count = put_names(x, x->turn, names);
+  if (count == 0) {
+    x->turn = x->question;
+    count = put_names(x, x->turn, names);
   }
   const char *const words[] = {"squeue", "--noheader", "--states=all", "--format=%i|%T|%j",
                                names,    NULL};
@@ -274,6 +290,8 @@ static void look(executor *x) {
     } else if (r->calls != NULL && r->deadline <= now) {
       run_finish(r, POOL_TIME);
       x->kind->end(r);
+    } else if (r->calls == NULL) {
+      x->kind->end(r); /* once more, if that could not be begun */
     } else if (r->id == 0 && r->command == NULL && r->patience <= now && !submit(r)) {
       end_crash(r);
     }
@@ -292,7 +310,8 @@ static void on_cancelled(void *self, const command_end *end) {
   run_remove(r, true);
 }
 
-/* While it is being submitted that has to end first; on_submitted comes back here. */
+/* While it is being submitted that has to end first; on_submitted comes back here. So does look,
+ * where no process could be had. */
 static void end(executor_run *r) {
   char name[96], option[112];
   if (r->command != NULL) return;
@@ -300,7 +319,6 @@ static void end(executor_run *r) {
   snprintf(option, sizeof option, "--name=%s", name);
   const char *const words[] = {"scancel", "--quiet", option, NULL};
   r->command = command_start(r->by->loop, words, -1, on_cancelled, r);
-  if (r->command == NULL) run_remove(r, true);
 }
 
 const executor_kind executor_slurm = {.name = "slurm",
