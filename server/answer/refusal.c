@@ -4,23 +4,12 @@
 #include <string.h>
 
 #include "cloud_input.h"
-#include "utf8.h"
-
-/* A text as far as it fits, cut between words. */
-static void shorten(char *room, size_t size, const char *text) {
-  static const char mark[] = " ...";
-  if (snprintf(room, size, "%s", text) < (int)size) return;
-  const size_t most = utf8_prefix(room, size - sizeof mark);
-  size_t end = most;
-  while (end > 0 && room[end] != ' ') end--;
-  memcpy(room + (end > 0 ? end : most), mark, sizeof mark);
-}
 
 void refuse(reply *r, const problem *p) {
   r->status = p->status;
   r->coding = CODING_IDENTITY;
   snprintf(r->type, sizeof r->type, "%s", media_type(MEDIA_PROBLEM));
-  shorten(r->detail, sizeof r->detail, p->detail);
+  problem_shorten(p, r->detail, sizeof r->detail);
   r->bytes = problem_bytes(p, &r->size);
 }
 

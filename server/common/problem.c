@@ -109,6 +109,15 @@ void problem_add(problem *p, const char *pointer, const char *format, ...) {
   va_end(arguments);
 }
 
+void problem_shorten(const problem *p, char *room, size_t size) {
+  static const char mark[] = " ...";
+  if (snprintf(room, size, "%s", p->detail) < (int)size) return;
+  const size_t most = utf8_prefix(room, size - sizeof mark);
+  size_t end = most;
+  while (end > 0 && room[end] != ' ') end--;
+  memcpy(room + (end > 0 ? end : most), mark, sizeof mark);
+}
+
 static void emit_member(emit *e, const char *key, const char *text) {
   emit_key(e, key);
   emit_text(e, text);

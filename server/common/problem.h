@@ -48,6 +48,9 @@ void problem_add(problem *p, const char *pointer, const char *format, ...)
  * if there are any. malloc'ed, *size bytes and a NUL after them; NULL when out of memory. */
 char *problem_bytes(const problem *p, size_t *size);
 
+/* The detail as far as it fits into room[size], cut between words. */
+void problem_shorten(const problem *p, char *room, size_t size);
+
 /* Phrase of an HTTP status, "Not Found"; "Error" for one we never send. */
 const char *problem_phrase(int status);
 

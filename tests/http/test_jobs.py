@@ -7,6 +7,8 @@ import datetime
 import json
 import os
 import pathlib
+import re
+import signal
 import sys
 import threading
 import time
@@ -546,6 +548,52 @@ class Queueing(Jobs):
         reply = self.execute("needs 2e9", Prefer="respond-async")
         self.assert_problem(reply, 422, "2000000000", "memory-budget")
         self.assertEqual(self.execute("needs 1e9", Prefer="respond-async").status, 201)
+
+
+class InOneTurn(Jobs):
+    """The front looks for jobs in the same turn of its loop in which one is accepted."""
+    options = ["--workers", "2"]
+
+    @staticmethod
+    def facts(process):
+        """State of a process, and how often it has waited for something."""
+        text = pathlib.Path(f"/proc/{process}/status").read_text(encoding="ascii")
+        return (re.search(r"State:\s+(\w)", text)[1],
+                int(re.search(r"\nvoluntary_ctxt_switches:\s+(\d+)", text)[1]))
+
+    def let_finish(self, workers):
+        """They run until they wait for the front again, which is stopped."""
+        before = [self.facts(worker)[1] for worker in workers]
+        for worker in workers:
+            os.kill(worker, signal.SIGCONT)
+        daemon.wait_until(lambda: all(self.facts(worker)[0] == "S" and self.facts(worker)[1] > waited
+                                      for worker, waited in zip(workers, before)), "their replies")
+
+    def submit_and_look(self, body):
+        """The job; what is known of it was looked for as soon as it was."""
+        front, workers = self.daemon.pid, daemon.children(self.daemon.pid)
+        with contextlib.closing(self.daemon.connect()) as submits, \
+                contextlib.closing(self.daemon.connect()) as looks:
+            looks.request("GET", "/healthz")
+            looks.getresponse().read()
+            for worker in workers:
+                os.kill(worker, signal.SIGSTOP)
+            try:
+                submits.request("POST", daemon.EXECUTE, body, {"Content-Type": "application/json",
+                                                               "Prefer": "respond-async"})
+                self.daemon.wait_busy()  # a worker has the check of it
+                os.kill(front, signal.SIGSTOP)
+                self.let_finish(workers)
+                looks.request("GET", "/jobs")
+            finally:
+                for process in (*workers, front):
+                    os.kill(process, signal.SIGCONT)
+            looks.getresponse().read()
+            return json.loads(submits.getresponse().read())["jobID"]
+
+    def test_it_starts(self):
+        for k in range(10):  # which comes first in a turn is the kernel's choice
+            self.wait_for(self.submit_and_look(f"x {k}"), "successful")
 
 
 class Memory(Jobs):

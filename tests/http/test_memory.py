@@ -32,7 +32,8 @@ from accounting import LARGE, account, work  # noqa: E402
 from test_exhausted import processor_seconds  # noqa: E402
 
 EVERY = os.environ.get("SCATTERD_EVERY")
-OPTIONS = ["--workers", "3", "--spool-bytes", "64KiB", "--job-attempts", "100",
+WORKERS = 3
+OPTIONS = ["--workers", str(WORKERS), "--spool-bytes", "64KiB", "--job-attempts", "100",
            "--reuse-results", "0", "--callback-hosts", test_callbacks.RECEIVER.host,
            "--callback-attempts", "100", "--heartbeat-seconds", "1"]
 JSON = {"Content-Type": "application/json"}
@@ -401,6 +402,7 @@ class EachAllocation(Case):
                 part(client)  # what is made once, and what it says
             account(server, client.accepted, False)
             client.accepted = {}
+            server.wait_for_metric('scatterd_workers{state="idle"}', WORKERS)  # none is being replaced
             before = self.descriptors(server)
             done = [self.each(client, part, times) for times in (1, -1)]
             self.assert_idle(server)

@@ -102,6 +102,23 @@ static void test_cuts_between_characters(void **state) {
   }
 }
 
+static void test_shortened_between_words(void **state) {
+  static const struct {
+    const char *detail, *expected;
+  } cases[] = {{"0123456789abcde", "0123456789abcde"},
+               {"one two three four", "one two ..."},
+               {"0123456789abcdef", "0123456789a ..."},
+               {"0123456789\xc3\xa9\xc3\xa9\xc3\xa9", "0123456789 ..."}};
+  char room[16];
+  problem p;
+  (void)state;
+  for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+    problem_begin(&p, 400, "%s", cases[k].detail);
+    problem_shorten(&p, room, sizeof room);
+    assert_string_equal(room, cases[k].expected);
+  }
+}
+
 static void test_phrases(void **state) {
   (void)state;
   assert_string_equal(problem_phrase(409), "Conflict");
@@ -118,6 +135,7 @@ int main(void) {
       cmocka_unit_test(test_only_the_first_twenty),
       cmocka_unit_test(test_texts_of_clients),
       cmocka_unit_test(test_cuts_between_characters),
+      cmocka_unit_test(test_shortened_between_words),
       cmocka_unit_test(test_phrases),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

@@ -142,7 +142,7 @@ void run_fail(executor_run *r, int status, const char *format, ...) {
   o.fd = memory_file("problem");
   o.status = status;
   if (bytes == NULL || o.fd < 0 || write(o.fd, bytes, o.size) != (ssize_t)o.size) o.size = 0;
-  snprintf(o.detail, sizeof o.detail, "%.*s", (int)sizeof o.detail - 1, text);
+  problem_shorten(&p, o.detail, sizeof o.detail);
   free(bytes);
   tell_end(r, &o);
 }

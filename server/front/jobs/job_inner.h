@@ -88,6 +88,7 @@ struct jobs {
   void *by_id;     /* tsearch */
   job_tally tally; /* of those in memory, batches by their parts */
   job_queue *queue;
+  bool queued;               /* something, since it was last looked at what may start */
   struct job_shared *shared; /* NULL: no other daemon has jobs here */
   job *changed, **last_changed;
   double retry;  /* when to try again to store what could not be */

@@ -157,8 +157,10 @@ void jobs_shift(jobs *j, double by) {
 
 /* ---- The whole ---- */
 
+/* Jobs are queued wherever the store is brought up to date, so also by who only looks for one. */
 static double due(void *self) {
   const jobs *j = self;
+  if (j->queued) return 0;
   const double save = j->changed == NULL ? INFINITY : j->retry > 0 ? j->retry : 0;
   const double shared = j->shared != NULL ? job_shared_due(j->shared) : INFINITY;
   return fmin(fmin(fmin(save, shared), j->pause), loop_now() + (j->expiry - unix_now()));

@@ -249,15 +249,17 @@ void jobs_schedule(void *self) {
          (pool_has_room(j->pool) || executor_has_room(j->executor))) {
     job *c = job_queue_take(j->queue, fits, j);
     if (c == NULL && j->shared != NULL && job_shared_take(j->shared)) continue;
-    if (c == NULL) return;
+    if (c == NULL) break;
     if (start(c)) continue;
     job_enqueue(c, true);
-    return;
+    break;
   }
+  j->queued = false;
 }
 
 void job_enqueue(job *c, bool first) {
   job_queue_add(c->all->queue, &c->node, c, c->row.submitter, c->row.priority, first);
+  c->all->queued = true;
 }
 
 void job_stop(job *c) {
