@@ -54,7 +54,8 @@ struct job {
   int ended, failed;    /* of its parts */
   double sum;           /* of the fractions of its parts */
   /* to be stored */
-  bool changed;
+  bool changed; /* it is to be stored, or is but has not yet been told */
+  bool again;   /* it has changed since it was stored */
   job *next_changed;
   job_extra *extra; /* of a new one */
   job_note *overtaken;

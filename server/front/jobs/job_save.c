@@ -14,6 +14,7 @@ static const double retry_seconds = 1;
 
 void job_save(job *c) {
   jobs *j = c->all;
+  c->again = c->changed; /* perhaps since it was written */
   if (c->changed) return;
   c->changed = true;
   c->next_changed = NULL;
@@ -123,6 +124,7 @@ static store_result order_call(job *c) {
 
 static store_result write_job(job *c) {
   store *s = c->all->store;
+  c->again = false;
   if (c->all->shared != NULL) job_shared_mark(c);
   store_result result = c->row.number == 0
                             ? add_new(c)
@@ -206,6 +208,8 @@ static void settle(job *c) {
   if (is_new) begin_waiting(c);
   if (j->told != NULL && c->row.subscribed) j->told(j->told_self);
   tell_stored(c, STORE_OK); /* may begin to watch it */
+  if (c->again) job_save(c);
+  if (c->changed) return; /* what it became since is told when that is stored */
   job_tell(c, JOB_EVENT_STATUS);
   if (job_state_is_final((job_state)c->row.state)) end_for_good(c);
   if (j->shared != NULL) job_shared_settle(c);
