@@ -4,12 +4,14 @@ loses none; a database that is away for a while costs nothing but time. SCATTERD
 run, SCATTERD_KILLS=20 is longer."""
 
 import contextlib
+import errno
 import http.client
 import http.server
 import json
 import os
 import random
 import re
+import shutil
 import signal
 import sys
 import threading
@@ -18,8 +20,10 @@ import unittest
 
 sys.dont_write_bytecode = True
 import daemon  # noqa: E402
+import faults as ordered  # noqa: E402
 import postgres  # noqa: E402
 import test_access as access  # noqa: E402
+from test_exhausted import processor_seconds  # noqa: E402
 
 SEED = int(os.environ.get("SCATTERD_SEED", time.time_ns() % 1000000))
 KILLS = int(os.environ.get("SCATTERD_KILLS", 4))
@@ -91,6 +95,37 @@ class Case(unittest.TestCase):
 
     def column(self, job, name):
         return server.sql(f"SELECT {name} FROM jobs WHERE id = '{job}'", self.name)[0]
+
+
+class Shortage(Case):
+    """One daemon; it lacks descriptors."""
+
+    def setUp(self):
+        self.faults = ordered.Faults()
+        self.addCleanup(self.faults.close)
+        self.addCleanup(shutil.rmtree, self.faults.directory, True)
+        url = server.database("shortage")
+        self.first = daemon.Daemon(*self.options, "--job-attempts", "1000", store=url,
+                                   directory=self.faults.directory,
+                                   environment=self.faults.environment)
+        self.addCleanup(lambda: self.first.process.poll() is None and self.first.stop())
+        self.first.wait_ready()
+
+    def test_requests_that_cannot_be_opened(self):
+        """Others wait in the database, and are not looked for meanwhile."""
+        jobs = [self.submit(self.first, f"sleep 600 #{k}") for k in range(8)]
+        self.wait_for(self.first, jobs[0], "running")
+        self.faults.fail("memfd", errno.EMFILE)
+        with self.first.waking():
+            daemon.wait_until(lambda: self.faults.hits("memfd") > 0, "a failure")
+        before, seconds = processor_seconds(self.first.pid), 4
+        time.sleep(seconds)
+        self.assertLess(processor_seconds(self.first.pid) - before, seconds / 4, "it spins")
+        self.faults.clear()
+        with self.first.waking():
+            for job in jobs:
+                self.assertEqual(self.finish(self.first, job)["status"], "successful")
+        self.stop(self.first)
 
 
 class Sharing(Case):

@@ -73,6 +73,19 @@ class Case(unittest.TestCase):
         asked = {name for line in self.said("asked")[begun:] for name in line.split()}
         self.assertEqual(asked, {f"scatterd-{job}" for job in jobs})
 
+    def test_new_ones_all_the_time(self):
+        """Those that were there before are asked for all the same."""
+        server = self.start()
+        first = self.submit(server, "waits")
+        self.wait_for_slurm(server, first)
+        begun = len(self.said("asked")) + 1  # the question of this moment may be under way
+        for k in range(5):
+            self.wait_for_slurm(server, self.submit(server, f"waits {k}"))
+            asked = len(self.said("asked"))
+            daemon.wait_until(lambda: len(self.said("asked")) > asked, "a question")  # noqa: B023
+        for line in self.said("asked")[begun:]:
+            self.assertIn(first, line)
+
     def test_no_process_for_a_cancellation(self):
         if daemon.is_sanitized():
             self.skipTest("the shell of the stand-ins does not run with AddressSanitizer preloaded")

@@ -841,6 +841,11 @@ class Batches(Jobs):
         self.assertEqual(len({line.split(b",")[0] for line in lines}), 300)
         self.assertEqual(self.results(job).body.count(b'"successful"'), 300)
 
+    def test_of_one(self):
+        """Begins and ends with its part, often within one turn of the front's loop."""
+        jobs = [self.submit(f"batch 1 one {k}") for k in range(50)]
+        self.assertEqual([self.wait_for(job, "successful")["progress"] for job in jobs], 50 * [100])
+
     def test_all_fail(self):
         job = self.submit("batch 2 problem")
         self.assertEqual(self.finish(job)["status"], "failed")

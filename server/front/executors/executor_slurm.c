@@ -252,33 +252,38 @@ static void on_asked(void *self, const command_end *end) {
   if (x->room != NULL && executor_has_room(x)) x->room(x->room_self);
 }
 
-/* The names of some that were last asked for before question `since`; how many. */
-static int put_names(executor *x, unsigned since, char names[NAMES]) {
-  size_t length = (size_t)snprintf(names, NAMES, "--name=");
-  int count = 0;
+/* Names of runs, up to AT_ONCE of them. */
+typedef struct {
+  char text[NAMES];
+  size_t length;
+  int count;
+} names;
+
+/* Adds those that were last asked for before question `since`. */
+static void put_names(executor *x, unsigned since, names *n) {
   char name[96];
-  for (executor_run *r = x->first; r != NULL && count < AT_ONCE; r = r->next) {
+  for (executor_run *r = x->first; r != NULL && n->count < AT_ONCE; r = r->next) {
     if (r->calls == NULL || r->command != NULL || r->asked >= since) continue;
     name_job(r, name, sizeof name);
-    length +=
-        (size_t)snprintf(names + length, NAMES - length, "%s%s", count++ > 0 ? "," : "", name);
+    n->length += (size_t)snprintf(n->text + n->length, NAMES - n->length, "%s%s",
+                                  n->count++ > 0 ? "," : "", name);
     r->asked = x->question;
   }
-  return count;
 }
 
-/* Asks for all jobs at once; of very many for the next ones, and for all before the first again. */
+/* Asks for all jobs at once; of very many for the next ones: for all before the first again. */
 static void ask(executor *x) {
-  char names[NAMES];
+  names n = {.text = "--name="};
+  n.length = strlen(n.text);
   x->question++;
-  int count = put_names(x, x->turn, names);
-  if (count == 0) {
+  put_names(x, x->turn, &n);
+  if (n.count < AT_ONCE) {
     x->turn = x->question;
-    count = put_names(x, x->turn, names);
+    put_names(x, x->turn, &n);
   }
   const char *const words[] = {"squeue", "--noheader", "--states=all", "--format=%i|%T|%j",
-                               names,    NULL};
-  if (count > 0) x->asking = command_start(x->loop, words, -1, on_asked, x);
+                               n.text,   NULL};
+  if (n.count > 0) x->asking = command_start(x->loop, words, -1, on_asked, x);
 }
 
 static void look(executor *x) {

@@ -112,7 +112,8 @@ void job_shared_more(job_shared *h, int64_t count) {
  * wait here, where others pass them for a while (job_queue.h). */
 static bool may_take(const job_shared *h) {
   const jobs *j = h->all;
-  return h->more && pool_has_room(j->pool) && job_queue_length(j->queue) < QUEUE;
+  return h->more && j->pause == INFINITY && pool_has_room(j->pool) &&
+         job_queue_length(j->queue) < QUEUE;
 }
 
 bool job_shared_take(job_shared *h) {
