@@ -249,24 +249,6 @@ static void write_alone(job *c) {
   }
 }
 
-/* So that a batch is no longer to be told what it was when it ends with its last part. */
-static job *put_parts_last(job *first) {
-  job *parts = NULL, **last = &parts, **at = &first;
-  while (*at != NULL) {
-    job *c = *at;
-    if (c->row.parent == 0) {
-      at = &c->next_changed;
-      continue;
-    }
-    *at = c->next_changed;
-    c->next_changed = NULL;
-    *last = c;
-    last = &c->next_changed;
-  }
-  *at = parts;
-  return first;
-}
-
 /* What is changed while the changes before are told waits for the next round. */
 void jobs_flush(jobs *j) {
   job *first = j->changed;
@@ -274,7 +256,6 @@ void jobs_flush(jobs *j) {
   j->retry = 0;
   j->changed = NULL;
   j->last_changed = &j->changed;
-  first = put_parts_last(first);
   const bool together = write_all(j->store, first) == STORE_OK;
   for (job *c = first, *next; c != NULL; c = next) {
     next = c->next_changed;
