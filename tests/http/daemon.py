@@ -86,6 +86,12 @@ def children(pid):
             pathlib.Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]
 
 
+def processor_seconds(pid):
+    """Processor time of a process so far."""
+    fields = pathlib.Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
 def descriptors(pid):
     """Open descriptors of a process: number to what it is."""
     found = {}
@@ -205,9 +211,12 @@ class Daemon:
 
     def wake(self):
         """What sleeps in a worker at this moment has slept enough (stub_answer.c)."""
+        self.signal_workers(signal.SIGUSR1)
+
+    def signal_workers(self, how):
         for worker in children(self.pid):
             with contextlib.suppress(ProcessLookupError):
-                os.kill(worker, signal.SIGUSR1)
+                os.kill(worker, how)
 
     @contextlib.contextmanager
     def waking(self):
@@ -224,6 +233,13 @@ class Daemon:
         finally:
             over.set()
             waker.join()
+
+    def assert_calm(self, seconds):
+        """It does not spin: a loop that does takes all of a processor."""
+        before = processor_seconds(self.pid)
+        time.sleep(seconds)
+        used = processor_seconds(self.pid) - before
+        assert used < seconds / 4, f"it spins: {used} s of processor in {seconds} s"
 
     def connect(self, timeout=PATIENCE):
         if self.port is None:

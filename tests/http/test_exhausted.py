@@ -8,12 +8,10 @@ import errno
 import http.client
 import itertools
 import os
-import pathlib
 import resource
 import shutil
 import signal
 import sys
-import time
 import unittest
 
 sys.dont_write_bytecode = True
@@ -30,12 +28,6 @@ ORDERS = [("memfd", errno.EMFILE, "front"), ("memfd", errno.ENOMEM, "workers"),
           ("fork", errno.EAGAIN, "front"), ("pair", errno.EMFILE, "front"),
           ("accept", errno.EMFILE, "front"), ("accept", errno.ENOMEM, "front"),
           ("watch", errno.ENOSPC, "front")]
-
-
-def processor_seconds(pid):
-    """Processor time of a process so far."""
-    fields = pathlib.Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()
-    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
 class Case(unittest.TestCase):
@@ -61,13 +53,6 @@ class Case(unittest.TestCase):
         accepted = {}
         self.assertTrue(work(self.server, accepted))
         self.assertEqual(account(self.server, accepted, False), 0)
-
-    def assert_calm(self, seconds=2):
-        """It does not spin: a loop that does takes all of a processor."""
-        before = processor_seconds(self.server.pid)
-        time.sleep(seconds)
-        used = processor_seconds(self.server.pid) - before
-        self.assertLess(used, seconds / 4, "it spins")
 
 
 class EachCall(Case):
@@ -124,12 +109,11 @@ class ForAWhile(Case):
                 accepted = {}
                 submit(self.server, accepted, f"sleep 0.5 {kind}" + LARGE)
                 self.faults.fail(kind, error, where=where)
-                for worker in daemon.children(self.server.pid):
-                    os.kill(worker, signal.SIGKILL)
+                self.server.signal_workers(signal.SIGKILL)
                 for _ in range(3):
                     with self.server.raw() as plain:
                         plain.sendall(b"GET /healthz HTTP/1.1\r\nHost: a\r\n\r\n")
-                self.assert_calm()
+                self.server.assert_calm(2)
                 kept.request("GET", "/healthz")
                 self.assertEqual(kept.getresponse().status, 200)
                 self.faults.clear()
@@ -144,7 +128,7 @@ class ForAWhile(Case):
         self.faults.fail("accept", errno.EMFILE)
         with self.server.raw() as plain:
             plain.sendall(b"GET /healthz HTTP/1.1\r\nHost: a\r\nConnection: close\r\n\r\n")
-            self.assert_calm()
+            self.server.assert_calm(2)
             self.faults.clear()
             self.assertIn(b"200 OK", daemon.read_all(plain))
         self.assert_well()
@@ -153,8 +137,7 @@ class ForAWhile(Case):
         """Without any worker: 503 beyond the queue, not ready, and well later."""
         self.start("--queue", "1").wait_ready()
         self.faults.fail("fork", errno.EAGAIN)
-        for worker in daemon.children(self.server.pid):
-            os.kill(worker, signal.SIGKILL)
+        self.server.signal_workers(signal.SIGKILL)
         daemon.wait_until(lambda: self.server.request("GET", "/readyz").status == 503, "no worker")
         self.assertEqual(self.server.request("GET", "/healthz").status, 200)
         waiting = self.server.connect()
@@ -162,7 +145,7 @@ class ForAWhile(Case):
         waiting.request("POST", daemon.EXECUTE, "waits", JSON)
         daemon.wait_until(lambda: self.server.request("POST", daemon.EXECUTE, "too many", JSON)
                           .status == 503, "a full queue")
-        self.assert_calm()
+        self.server.assert_calm(2)
         self.faults.clear()
         self.assertEqual(waiting.getresponse().read(), b"waits")
         self.assert_well()
@@ -209,7 +192,7 @@ class Descriptors(Case):
             for _ in range(400):
                 plain = stack.enter_context(self.server.raw())
                 plain.sendall(b"GET /healthz HTTP/1.1\r\nHost: a\r\n")
-            self.assert_calm()
+            self.server.assert_calm(2)
         daemon.wait_until(lambda: self.answers(), "an answer")
         self.assert_well()
 
@@ -237,7 +220,7 @@ class Descriptors(Case):
             self.assertIn(reply.status, (200, 500, 503, 507), reply.read())
             reply.read()
         with self.server.raw():
-            self.assert_calm()
+            self.server.assert_calm(2)
         resource.prlimit(self.server.pid, resource.RLIMIT_NOFILE, before)
         self.assertEqual(account(self.server, accepted, False), 0)
         self.assert_well()

@@ -564,8 +564,7 @@ class InOneTurn(Jobs):
     def let_finish(self, workers):
         """They run until they wait for the front again, which is stopped."""
         before = [self.facts(worker)[1] for worker in workers]
-        for worker in workers:
-            os.kill(worker, signal.SIGCONT)
+        self.daemon.signal_workers(signal.SIGCONT)
         daemon.wait_until(lambda: all(self.facts(worker)[0] == "S" and self.facts(worker)[1] > waited
                                       for worker, waited in zip(workers, before)), "their replies")
 
@@ -576,8 +575,7 @@ class InOneTurn(Jobs):
                 contextlib.closing(self.daemon.connect()) as looks:
             looks.request("GET", "/healthz")
             looks.getresponse().read()
-            for worker in workers:
-                os.kill(worker, signal.SIGSTOP)
+            self.daemon.signal_workers(signal.SIGSTOP)
             try:
                 submits.request("POST", daemon.EXECUTE, body, {"Content-Type": "application/json",
                                                                "Prefer": "respond-async"})
@@ -586,8 +584,8 @@ class InOneTurn(Jobs):
                 self.let_finish(workers)
                 looks.request("GET", "/jobs")
             finally:
-                for process in (*workers, front):
-                    os.kill(process, signal.SIGCONT)
+                self.daemon.signal_workers(signal.SIGCONT)
+                os.kill(front, signal.SIGCONT)
             looks.getresponse().read()
             return json.loads(submits.getresponse().read())["jobID"]
 

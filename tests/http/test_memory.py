@@ -29,7 +29,6 @@ import test_access  # noqa: E402
 import test_callbacks  # noqa: E402
 import test_tls  # noqa: E402
 from accounting import LARGE, account, work  # noqa: E402
-from test_exhausted import processor_seconds  # noqa: E402
 
 EVERY = os.environ.get("SCATTERD_EVERY")
 WORKERS = 3
@@ -336,11 +335,6 @@ class Case(unittest.TestCase):
         self.assertTrue(work(server, accepted))
         self.assertEqual(account(server, accepted, False), 0)
 
-    def assert_calm(self, server, seconds=1):
-        before = processor_seconds(server.pid)
-        time.sleep(seconds)
-        self.assertLess(processor_seconds(server.pid) - before, seconds / 4, "it spins")
-
     def assert_idle(self, server):
         """No job is stuck."""
         for state in ("accepted", "running"):
@@ -410,7 +404,7 @@ class EachAllocation(Case):
                 daemon.wait_until(lambda: self.descriptors(server) <= before, "all closed")
             self.assertLessEqual(self.descriptors(server), before)
             self.assert_alive(server)
-            self.assert_calm(server, 0.5)
+            server.assert_calm(0.5)
             print(f"{part.__name__}: {done[0][0]} allocations, {sum(d[1] for d in done)} tries, "
                   f"{self.failures} jobs failed with a reason", flush=True)
         self.assert_tidy(server)
@@ -558,11 +552,11 @@ class ForAWhile(Case):
             kept.request("GET", "/healthz")
             kept.getresponse().read()
             self.faults.fail("memory", errno.ENOMEM)
-            self.assert_calm(server, 2)
+            server.assert_calm(2)
             for _ in range(3):
                 with server.raw() as plain:
                     plain.sendall(b"GET /healthz HTTP/1.1\r\nHost: a\r\n\r\n")
-            self.assert_calm(server, 1)
+            server.assert_calm(1)
             self.faults.clear()
         for job in (running, waiting):
             self.assertEqual(client.end("poll", job), "successful")

@@ -85,11 +85,6 @@ class Turns(unittest.TestCase):
 
     # ---- A turn ----
 
-    def signal_workers(self, how):
-        for worker in daemon.children(self.server.pid):
-            with contextlib.suppress(ProcessLookupError):
-                os.kill(worker, how)
-
     def maybe(self, share):
         return self.random.random() < share
 
@@ -99,20 +94,20 @@ class Turns(unittest.TestCase):
             os.kill(self.server.pid, signal.SIGSTOP)
         time.sleep(self.random.choice(PAUSES))
         if self.maybe(0.3):
-            self.signal_workers(signal.SIGCONT)
+            self.server.signal_workers(signal.SIGCONT)
             time.sleep(self.random.choice(PAUSES))
         if self.maybe(0.4):
             os.kill(self.server.pid, signal.SIGCONT)
 
     def send(self, clients):
         if self.maybe(0.5):
-            self.signal_workers(signal.SIGSTOP)
+            self.server.signal_workers(signal.SIGSTOP)
         try:
             for client in clients:
                 client.start()
                 self.disturb()
         finally:
-            self.signal_workers(signal.SIGCONT)
+            self.server.signal_workers(signal.SIGCONT)
             os.kill(self.server.pid, signal.SIGCONT)
 
     def note_reply(self, client):

@@ -309,7 +309,7 @@ static size_t take_bytes(char *bytes, size_t one, size_t size, void *self) {
   const ssize_t written = c->fd >= 0 ? write(c->fd, bytes, size) : -1;
   c->size += written > 0 ? written : 0;
   c->scarce = written != (ssize_t)size;
-  return written == (ssize_t)size ? size : CURL_WRITEFUNC_ERROR;
+  return c->scarce ? CURL_WRITEFUNC_ERROR : size;
 }
 
 static size_t take_field(char *bytes, size_t one, size_t size, void *self) {
